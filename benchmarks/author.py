@@ -49,7 +49,7 @@ from benchmarks.keeping_out import Author, hand_without, read_author, shipped_au
 from benchmarks.likeness import house_page, real_pages
 from benchmarks.parts import write as written_in_parts
 from handout.hand.scanned import ScannedHand
-from handout.prompting.corpus import shipped
+from handout.prompting.corpus import shipped_sentences
 from handout_lab.score.comparison import closeness, rank_writers
 from handout_lab.score.features import Distance, LineFeatures, PageFeatures, full_lines, mean, measure_lines, pool_lines
 from handout_lab.score.repetition import repetition
@@ -139,8 +139,8 @@ def writable(hand: ScannedHand, author: Author, lines: int = SHOWN) -> str:
 
 def _words(letters: frozenset[str]) -> Iterator[str]:
     """Words of other sentences: first of those that can be written whole, then of those that lack the least."""
-    parts = [[word for word in sentence.split() if letters.issuperset(word)] for sentence in shipped()]
-    shares = [len(part) / len(sentence.split()) for part, sentence in zip(parts, shipped(), strict=True)]
+    parts = [[word for word in sentence.split() if letters.issuperset(word)] for sentence in shipped_sentences()]
+    shares = [len(part) / len(sentence.split()) for part, sentence in zip(parts, shipped_sentences(), strict=True)]
     for number in np.argsort(np.negative(shares), kind="stable"):
         yield from parts[number]
 

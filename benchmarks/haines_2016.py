@@ -76,7 +76,7 @@ def trained_forest(rng: np.random.Generator, lines: int = _LINES) -> RandomFores
     from handout.tagging.synthetic_writers import built_in_hands
 
     features, letters = [], []
-    for made in synthetic_lines(built_in_hands(), corpus.shipped(), lines, rng):
+    for made in synthetic_lines(built_in_hands(), corpus.shipped_sentences(), lines, rng):
         columns = column_features(made.image)
         states = column_states([(s.letter, s.left, s.right) for s in made.spans], len(columns)) // THIRDS
         inky = columns.any(axis=1)

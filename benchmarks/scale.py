@@ -27,7 +27,7 @@ from handout.pipeline import merging
 from handout.pipeline.merging import RowPages
 from handout.pipeline.options import MergeOptions, PictureOptions, SheetOptions, TableOptions, WritingOptions
 from handout.pipeline.results import SILENT
-from handout.pipeline.row_work import MadeRow, ProcessWorkers, Remote, RowWork, opened, row_work
+from handout.pipeline.row_work import MadeRow, ProcessWorkers, Remote, RowWork, open_workers, row_work
 from handout.printing.batch import BatchOptions, PrinterWay, PrintSpool, make_rows
 from handout.printing.journal import ENVELOPE, Journal
 from handout.printing.prepared import PreparedPage, PreparedRow, PrinterPage
@@ -63,7 +63,7 @@ class TimedWork(RowWork):
 def work(hand: str, letter: str | None = None, *, dpi: int = 600, envelopes: bool = False, pen: str = "") -> TimedWork:
     """The rows of the example's table in a hand."""
     options = MergeOptions(letter and str(_EXAMPLES / letter), with_envelopes=envelopes)
-    merged = merging.read(_EXAMPLES / "people.csv", TableOptions(), options, SILENT)
+    merged = merging.read_merge(_EXAMPLES / "people.csv", TableOptions(), options, SILENT)
     sheet = SheetOptions(usual_page="A4" if letter else "DL")
     pages = RowPages(merged, WritingOptions(hand), sheet, PictureOptions(pen=pen or None), seed=1)
     made = row_work(pages, PrinterPage(_fed, "pdf", dpi, {}))
@@ -79,8 +79,8 @@ def _rows(count: int, of: RowWork) -> list[TableRow]:
 def speed(title: str, of: TimedWork, count: int = ROWS) -> None:
     """Print what a row costs."""
     rows = _rows(count + 2, of)
-    with opened(of, 1, "", print) as here:
-        made = [each.row for each in here.each(rows)]
+    with open_workers(of, 1, "", print) as here:
+        made = [each.row for each in here.make_each(rows)]
     costs = [float(row.warnings[0]) for row in made if not row.problem]  # that hands lack letters for cost nothing
     first, kept = costs[0], sorted(costs[2:])
     print(
@@ -92,7 +92,7 @@ def speed(title: str, of: TimedWork, count: int = ROWS) -> None:
 def _timed(workers: RowWork | Remote, rows: list[TableRow]) -> tuple[float, float]:
     """CPU seconds of all processes, and seconds, for these rows."""
     own, begun = time.process_time(), time.perf_counter()
-    made = sum(float(each.row.warnings[0]) for each in workers.each(rows))
+    made = sum(float(each.row.warnings[0]) for each in workers.make_each(rows))
     here = time.process_time() - own
     return (here if isinstance(workers, ProcessWorkers) else 0.0) + made, time.perf_counter() - begun
 
@@ -100,9 +100,9 @@ def _timed(workers: RowWork | Remote, rows: list[TableRow]) -> tuple[float, floa
 def efficiency(of: TimedWork, turns: int = 4, count: int = 8) -> None:
     """Print what two processes make of two processors."""
     rows, cpu, clock = _rows(count, of), [0.0, 0.0], [0.0, 0.0]
-    with opened(of, 1, "", print) as here, opened(of, 2, "", print) as two:
+    with open_workers(of, 1, "", print) as here, open_workers(of, 2, "", print) as two:
         for workers in (here, two):
-            list(workers.each(rows[:4]))  # hands are loaded, processes begun
+            list(workers.make_each(rows[:4]))  # hands are loaded, processes begun
         for _ in range(turns):
             for number, workers in enumerate((here, two)):
                 spent, lasted = _timed(workers, rows)
@@ -142,7 +142,7 @@ def keep(count: int) -> None:
         path.write_text("\n".join([lines[0], *body]), encoding="utf-8")
         before = _most()
         options = MergeOptions(str(_EXAMPLES / "thanks.md"), with_envelopes=True)
-        merged = merging.read(path, TableOptions(), options, SILENT)
+        merged = merging.read_merge(path, TableOptions(), options, SILENT)
         table, begun = _most(), time.process_time()
         place = PrintSpool(_Taken(), PrinterWay(_fed(Page(1, 1)), _fed, {}), [Page(210.0, 297.0, "A4")])
         with place:
@@ -161,7 +161,7 @@ def _most() -> float:
 def _killed(workers: RowWork | Remote, rows: list[TableRow], pids: Callable[[], list[int]]) -> tuple[list[Any], int]:
     """The pages of rows of which one in four is followed by the end of one of some processes, and how many ended."""
     rng, made, kills = random.Random(1), [], 0
-    for each in workers.each(rows):
+    for each in workers.make_each(rows):
         made.append(each.row.pages)
         if rng.random() < 0.25 and (alive := pids()):
             with contextlib.suppress(ProcessLookupError):
@@ -178,16 +178,19 @@ def survived() -> None:
     """Print how many kills of processes and of a cluster's workers batches survive, each page as it should be."""
     of = work("house-print", "thanks.md", dpi=72, envelopes=True, pen="plain")
     rows = _rows(_KILLED, of)
-    with opened(of, 1, "", print) as here:
-        wanted = [made.row.pages for made in here.each(rows)]
+    with open_workers(of, 1, "", print) as here:
+        wanted = [made.row.pages for made in here.make_each(rows)]
     before = set(multiprocessing.active_children())
-    with opened(of, 2, "", print) as two:
+    with open_workers(of, 2, "", print) as two:
         made, kills = _killed(two, rows, lambda: _children(before))
     assert made == wanted
     print(f"two processes, {kills} killed at random: {len(rows)} rows, the same bytes, in their order")
     distributed: Any = __import__("distributed")
     options = {"n_workers": 2, "threads_per_worker": 1, "dashboard_address": None, "silence_logs": 50}
-    with distributed.LocalCluster(**options) as cluster, opened(of, 1, cluster.scheduler_address, print) as workers:
+    with (
+        distributed.LocalCluster(**options) as cluster,
+        open_workers(of, 1, cluster.scheduler_address, print) as workers,
+    ):
         made, kills = _killed(workers, rows, lambda: [one.pid for one in cluster.workers.values() if one.pid])
     assert made == wanted
     print(f"a Dask cluster, {kills} workers killed at random: {len(rows)} rows, the same bytes, in their order")

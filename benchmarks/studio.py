@@ -204,7 +204,7 @@ def movements(server: Server) -> None:
             compared(
                 f"{count} targets dragged, {name}",
                 partial(server.ask, "/api/movements", {"plan": plan, "style": asked}),
-                partial(style_editor.moved, data, draft, 1),
+                partial(style_editor.move_targets, data, draft, 1),
                 MANY,
             )
 

@@ -97,7 +97,7 @@ def anchor(words: str) -> str:
 
 def verb_page(name: str, verb: click.Command) -> str:
     """Usage, worked examples, and every option of a verb and of those below it."""
-    from handout.cli.commands import OWN, headed
+    from handout.cli.commands import OWN, group_options
 
     parts = [f"# handout {name}", said(verb.help or "")]
     shown = worked().get(name, "")
@@ -114,7 +114,7 @@ def verb_page(name: str, verb: click.Command) -> str:
         )
         parts += [said(command.help or "")] if words != name else []
         parts += [parameter(p, context) for p in command.get_params(context) if isinstance(p, click.Argument)]
-        for heading, options in headed(command, context).items():
+        for heading, options in group_options(command, context).items():
             parts += [] if heading == OWN else [f"### {heading}"]
             parts += [parameter(option, context) for option in options]
     parts += used(name)

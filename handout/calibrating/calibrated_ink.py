@@ -65,7 +65,7 @@ def _find_calibration(asked: str) -> Calibration:
             f"calibration: {asked!r} is neither a file, nor none, nor one of the stored ones, such as epson/plain "
             "(see: handout calibrate show)."
         )
-    return store.wanted(printer, paper)
+    return store.find_wanted(printer, paper)
 
 
 def _collect_doubts(calibration: Calibration, printer: str, paper: str) -> list[str]:
@@ -124,13 +124,13 @@ class CalibratedInk:
             "pen": self.reference.facts() if self.reference is not None else None,
         }  # fmt: skip
 
-    def said(self) -> str:
+    def tell_reach(self) -> str:
         """One sentence about the calibration, and how much of the ink it cannot reach."""
         reach = self._reach
         if reach is None:
-            return f"{self.calibration.described()}."
+            return f"{self.calibration.describe()}."
         whose = f"of {self.hand}" if self.hand else ""
-        return f"{self.calibration.described()}. {gamut.said(reach.out, reach.mean, whose)}"
+        return f"{self.calibration.describe()}. {gamut.said(reach.out, reach.mean, whose)}"
 
     @cached_property
     def _reach(self) -> Reach | None:

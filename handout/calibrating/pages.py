@@ -86,18 +86,18 @@ def send(pages: DevicePages, profile: Printer, queue: Queue | None = None) -> tu
     queue = queue or open_queue(profile)
     request = ticket(profile, pages.page, "handout colour chart", "chart")
     queue.check(request)
-    feeding = Feeding.of(pages.page, profile)
+    feeding = Feeding.for_page(pages.page, profile)
     names = []
     with tempfile.TemporaryDirectory(prefix="handout-") as work:
         for number, draw in enumerate(pages.pixels, 1):
             path = Path(work) / f"page-{number}.{queue.format}"
-            path.write_bytes(_fed(pages, draw(), feeding, queue.format))
+            path.write_bytes(_feed_page(pages, draw(), feeding, queue.format))
             named = ticket(profile, pages.page, f"handout colour chart, page {number}", f"chart-{number}")
             names.append(queue.send(path, named))
     return tuple(names)
 
 
-def _fed(pages: DevicePages, pixels: Pixels, feeding: Feeding, kind: str) -> bytes:
+def _feed_page(pages: DevicePages, pixels: Pixels, feeding: Feeding, kind: str) -> bytes:
     """One page as the printer is fed, in the queue's format."""
     for turn in feeding.turns:
         pixels = np.ascontiguousarray(np.rot90(pixels, 1 if turn == "left" else -1))

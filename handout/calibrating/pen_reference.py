@@ -75,10 +75,10 @@ def of_calibration(calibration: Calibration, name: str) -> FrameReference:
     InputError
         No such hand, or a file of the calibration that cannot be read.
     """
-    return compared(calibration.scribble(), name, calibration.pen_of())
+    return compare_scribble(calibration.scribble(), name, calibration.pen_of())
 
 
-def compared(scribble: Scribble | None, name: str, writer: str = "") -> FrameReference:
+def compare_scribble(scribble: Scribble | None, name: str, writer: str = "") -> FrameReference:
     """What was written in a chart's frame against the hand `name`.
 
     Parameters

@@ -74,7 +74,7 @@ class Calibration:
 
         return load(self.table_file)
 
-    def described(self) -> str:
+    def describe(self) -> str:
         """Name, date and age, as they are said in a message."""
         days = self.age()
         old = "made today" if days == 0 else f"{days} day{'s' if days > 1 else ''} old"
@@ -85,11 +85,11 @@ class Calibration:
         return {
             "printer": self.printer, "paper": self.paper, "made": self.date.isoformat(timespec="seconds"),
             "age_days": self.age(), "scanner": self.scanner, "method": self.method, "misses": self.misses,
-            "folder": str(self.folder or self.table_file), "verification": self.kept(VERIFICATION),
+            "folder": str(self.folder or self.table_file), "verification": self.load_kept(VERIFICATION),
             "pen": {"written": self.scribble() is not None, "hand": self.pen_of()},
         }  # fmt: skip
 
-    def kept(self, name: str) -> dict[str, Any] | None:
+    def load_kept(self, name: str) -> dict[str, Any] | None:
         """What was found last of its `STRIP` (see `strip.VerificationStrip.facts`) or `VERIFICATION`; None: nothing."""
         path = None if self.folder is None else self.folder / name
         return read_json(path) if path is not None and path.is_file() else None
@@ -112,7 +112,7 @@ class Calibration:
 
     def pen_of(self) -> str:
         """The hand whose pen wrote in the chart's frame; empty if nobody said."""
-        return str((self.kept(_PEN) or {}).get("hand", ""))
+        return str((self.load_kept(_PEN) or {}).get("hand", ""))
 
     def keep_scribble(self, path: Path, hand: str) -> None:
         """Take along what was written in the chart's frame with the pen of a hand."""
@@ -205,7 +205,9 @@ def build(
 def add(calibration: Calibration) -> Calibration:
     """Keep a calibration among the user's own, once; it is the one that is used from now on."""
     assert calibration.folder is not None
-    kept = (other.folder for other in every(calibration.printer, calibration.paper) if other.date == calibration.date)
+    kept = (
+        other.folder for other in list_stored(calibration.printer, calibration.paper) if other.date == calibration.date
+    )
     place = next(kept, None) or _place(calibration.printer, calibration.paper, calibration.date)
     with _new_folder(place) as work:
         for path in calibration.folder.iterdir():
@@ -242,7 +244,7 @@ def load(place: Path) -> Calibration:
         raise InputError(f"{place} does not say what it was made for: build it again (calibrate build).") from error
 
 
-def every(printer: str = "", paper: str = "") -> list[Calibration]:
+def list_stored(printer: str = "", paper: str = "") -> list[Calibration]:
     """Stored calibrations, all or of a printer and a paper, the newest first; folders that are none are passed over."""
     calibrations = []
     # a name with a dot in front is a folder that was never finished
@@ -256,10 +258,10 @@ def every(printer: str = "", paper: str = "") -> list[Calibration]:
 
 def newest(printer: str, paper: str = "") -> Calibration | None:
     """The newest of a printer, and of a paper if one is named; None if there is none."""
-    return next(iter(every(key(printer), paper)), None)
+    return next(iter(list_stored(key(printer), paper)), None)
 
 
-def wanted(printer: str, paper: str = "") -> Calibration:
+def find_wanted(printer: str, paper: str = "") -> Calibration:
     """As `newest`, where there has to be one.
 
     Raises
@@ -270,7 +272,7 @@ def wanted(printer: str, paper: str = "") -> Calibration:
     calibration = newest(printer, paper)
     if calibration is not None:
         return calibration
-    names = sorted({stored.name for stored in every()})
+    names = sorted({stored.name for stored in list_stored()})
     which = f"{key(printer)}/{key(paper)}" if paper else key(printer)
     near = difflib.get_close_matches(which, names, 3, 0.3) or names
     have = f"there are calibrations for {', '.join(near)}" if near else "nothing is calibrated yet"

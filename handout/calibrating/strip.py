@@ -24,7 +24,7 @@ from handout.colour.gamut import Reach
 from handout.colour.table import ColourTable, apply
 from handout.errors import InputError
 from handout.profiles import Printer
-from handout.values import Array, Page, Raster, readonly
+from handout.values import Array, Raster, readonly
 
 FIRST_MARK = 112  # the numbers of its marks follow those of the chart's pages
 _PITCH, _COLUMNS, _ROWS = 7.0, 24, 11
@@ -64,7 +64,10 @@ class VerificationStrip:
     @cached_property
     def page(self) -> ChartPage:
         """Where everything is; patches in the order of the arrays."""
-        sheet = _sheet(self.paper)
+        sheet = next((sheet for sheet in PAPERS if sheet.name.lower() == self.paper.lower()), None)
+        if sheet is None:
+            names = " and ".join(sheet.name for sheet in PAPERS)
+            raise InputError(f"The strip is made for {names}, not for {self.paper!r}.")
         free, marks = grid_cells(_COLUMNS, _ROWS)
         order = np.random.default_rng(len(self.wanted)).permutation(len(free))[: len(self.wanted)]
         return ChartPage(
@@ -133,7 +136,7 @@ def make(
     matched = np.asarray(apply(Raster(rgba[None].astype(np.float32), 300), table).rgba[0], dtype=np.float64)
     return VerificationStrip(
         np.concatenate([wanted, wanted, np.repeat(white[None], _WHITES, axis=0)]),
-        np.concatenate([_sent(rgba), _sent(matched), bare]),
+        np.concatenate([_send_colours(rgba), _send_colours(matched), bare]),
         np.repeat([False, True, False], [len(rgba), len(rgba), _WHITES]),
         np.concatenate([grey, grey, np.zeros(_WHITES, dtype=bool)]), paper, (page or reached).out,
         (page or reached).mean, whose,
@@ -173,7 +176,7 @@ def last_strip(calibration: Calibration) -> VerificationStrip:
     InputError
         None was.
     """
-    facts = calibration.kept(store.STRIP)
+    facts = calibration.load_kept(store.STRIP)
     if facts is None:
         raise InputError(
             f"No verification strip was printed for {calibration.name} yet: "
@@ -182,7 +185,7 @@ def last_strip(calibration: Calibration) -> VerificationStrip:
     return from_facts(facts)
 
 
-def _sent(rgba: Array) -> Array:
+def _send_colours(rgba: Array) -> Array:
     """(n, 3) device RGB, whole 255ths, of ink (n, 4) on white, which sends nothing."""
     return np.asarray(np.rint(255 * (1 - rgba[:, 3:] * (1 - rgba[:, :3]))) / 255)
 
@@ -193,10 +196,3 @@ def _evenly(inks: Array, white: Array, count: int) -> Array:
     if len(order) > count:
         order = order[np.linspace(0, len(order) - 1, count).round().astype(int)]
     return np.asarray(inks[order])
-
-
-def _sheet(paper: str) -> Page:
-    for sheet in PAPERS:
-        if sheet.name.lower() == paper.lower():
-            return sheet
-    raise InputError(f"The strip is made for {' and '.join(sheet.name for sheet in PAPERS)}, not for {paper!r}.")

@@ -239,7 +239,7 @@ _SIDE, _SPAN = 420, 60.0  # pixels of the diagram; a* and b* that it reaches to
 
 def sections(calibration: Calibration) -> list[tuple[str, str]]:
     """(heading, HTML) about a calibration whose strip was scanned; nothing before that."""
-    verified, rows = calibration.kept(store.VERIFICATION), kept_shades(calibration)
+    verified, rows = calibration.load_kept(store.VERIFICATION), kept_shades(calibration)
     if verified is None or not rows:
         return []
     parts = []
@@ -261,7 +261,7 @@ def write_report(calibration: Calibration, path: Path) -> None:
     InputError
         It cannot be written.
     """
-    atomic.write(path, page(calibration.name, f"{calibration.described()}.", sections(calibration)).encode())
+    atomic.write(path, page(calibration.name, f"{calibration.describe()}.", sections(calibration)).encode())
 
 
 def kept_shades(calibration: Calibration) -> list[tuple[str, Array]]:
@@ -269,8 +269,8 @@ def kept_shades(calibration: Calibration) -> list[tuple[str, Array]]:
 
     Nothing before the strip of the calibration was scanned.
     """
-    facts = calibration.kept(store.STRIP)
-    if facts is None or calibration.kept(store.VERIFICATION) is None or "seen" not in facts:
+    facts = calibration.load_kept(store.STRIP)
+    if facts is None or calibration.load_kept(store.VERIFICATION) is None or "seen" not in facts:
         return []
     strip, scanned, each = from_facts(facts), np.array(facts["seen"]), []
     for name, grey in (("Ink", False), ("Greys", True)):

@@ -246,9 +246,9 @@ class Wizard:
         InputError
             A file that cannot be read.
         """
-        reading, state = self._read(scans), self.state
-        pen = pen_reference.compared(reading.scribble, self.task.hand, self.writer)
-        alike = (one for one in store.every(state.printer, state.paper) if one.scanner == state.scanner)
+        reading, state = self._read_chart(scans), self.state
+        pen = pen_reference.compare_scribble(reading.scribble, self.task.hand, self.writer)
+        alike = (one for one in store.list_stored(state.printer, state.paper) if one.scanner == state.scanner)
         reading = self.seen = print_diagnosis.diagnose(reading, pen, next(alike, None), self.task.accept)
         self._report(reading)
         refusing = [finding for finding in reading.findings if finding.severity == "refuse"]
@@ -310,18 +310,18 @@ class Wizard:
         if self.step not in (Step.STRIP, Step.VERIFY, Step.STORE):
             raise InputError(f"Nothing can be stored yet: what comes next is to {self.step}.")
         built = store.load(self.built)
-        self._report(self._read(), built)
+        self._report(self._read_chart(), built)
         built.keep_report(self.report)
         stored = store.add(built)
         remove(self.folder)
         self.state = replace(self.state, step=Step.DONE)
         return stored
 
-    def back(self) -> None:
+    def go_back(self) -> None:
         """Return to scanning the chart, and forget the scans that were kept."""
         self._save(replace(self.state, step=Step.SCAN, scans=()))
 
-    def _read(self, scans: Sequence[Path] = ()) -> ChartReading:
+    def _read_chart(self, scans: Sequence[Path] = ()) -> ChartReading:
         """The chart as the kept scans and some more show it."""
         return read([*self.scans, *scans], self.chart, self._paper)
 

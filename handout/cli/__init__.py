@@ -58,19 +58,19 @@ class _Verbs(click.Group):
     """
 
     @cached_property
-    def _others(self) -> dict[str, EntryPoint]:
+    def _other_verbs(self) -> dict[str, EntryPoint]:
         from importlib.metadata import entry_points
 
         return {point.name: point for point in entry_points(group="handout.verbs") if point.name not in _VERBS}
 
     def list_commands(self, ctx: click.Context) -> list[str]:
-        return [*_VERBS, *self._others]
+        return [*_VERBS, *self._other_verbs]
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         if cmd_name in _VERBS:
             command = import_module(f"handout.cli.{cmd_name}_").command
-        elif cmd_name in self._others:
-            command = self._others[cmd_name].load()
+        elif cmd_name in self._other_verbs:
+            command = self._other_verbs[cmd_name].load()
         else:
             return None
         assert isinstance(command, click.Command)
@@ -84,7 +84,7 @@ class _Verbs(click.Group):
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
-        if args and args[0] not in _VERBS and args[0] not in self._others and not ctx.resilient_parsing:
+        if args and args[0] not in _VERBS and args[0] not in self._other_verbs and not ctx.resilient_parsing:
             import difflib
 
             names = self.list_commands(ctx)
@@ -99,7 +99,7 @@ class _Verbs(click.Group):
         return name, command, rest
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        others = [(name, point.load().get_short_help_str(120)) for name, point in self._others.items()]
+        others = [(name, point.load().get_short_help_str(120)) for name, point in self._other_verbs.items()]
         with formatter.section("Commands"):
             formatter.write_dl([*_VERBS.items(), *others])
 
@@ -121,20 +121,20 @@ def main(args: list[str] | None = None) -> None:
     """Run the command and leave with its exit code: 0 done, 2 bad input, 3 device fault, 4 some rows failed."""
     for variable in _THREADS:
         os.environ.setdefault(variable, "1")
-    codecs.register_error("handout", _escaped)
+    codecs.register_error("handout", _escape)
     streams.open_closed()
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="handout")
     with signals.orderly():
         try:
-            code = _run(args)
+            code = _run_command(args)
         except KeyboardInterrupt:  # a second one, while the first was told
             signals.ignore()
             code = signals.INTERRUPTED
     sys.exit(code)
 
 
-def _escaped(error: UnicodeError) -> tuple[str, int]:
+def _escape(error: UnicodeError) -> tuple[str, int]:
     """What a terminal cannot show, or the code page of a file of Windows, as JSON writes it."""
     assert isinstance(error, UnicodeEncodeError)
     return json.dumps(error.object[error.start : error.end])[1:-1], error.end
@@ -159,11 +159,11 @@ def _sentence(error: Exception) -> str | None:
         case ImportError(name=str(name)) if not name.startswith("handout"):
             return f"A package cannot be loaded ({error}): `handout doctor` says what to do."
         case OSError() | RecursionError():
-            return at_border(error) or streams.closed(error)
+            return at_border(error) or streams.explain_closed(error)
     return None
 
 
-def _run(args: list[str] | None) -> int:
+def _run_command(args: list[str] | None) -> int:
     try:
         result = cli.main(args=args, prog_name="handout", standalone_mode=False)
     except click.exceptions.Exit as leave:

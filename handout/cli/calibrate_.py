@@ -69,7 +69,7 @@ def wizard(
         stop.add_note(f"What was done so far is kept; go on with: {again}")
         raise
     stored = result.calibration
-    console.report(result, f"Stored: {stored.described()}; report: {stored.report}.")
+    console.report(result, f"Stored: {stored.describe()}; report: {stored.report}.")
 
 
 def _in_browser(printer: str, paper: str, sheets: ChartOptions, calibration: CalibrationOptions) -> None:
@@ -108,14 +108,14 @@ def chart(
     console.report(result, f"Chart of {units.count(result.pages, 'page')} for {result.dpi} dpi: {where}.")
 
 
-@command.command()
+@command.command("read")
 @click.argument("scans", nargs=-1, required=True, type=_PATH)
 @click.option("-o", "--output", type=_PATH, required=True, help="The patches, as a .ti3 table.")
 @click.option("--report", "report_file", type=_PATH, help="A page with pictures of what was read, .html.")
 @click.option("--hand", default="", help="A scanned hand: was the chart scanned as its pages were?")
 @click.option("--accept", is_flag=True, help="Take the print as it is, though inks are weak in it.")
 @options.console
-def read(
+def read_chart(
     scans: tuple[Path, ...], output: Path, report_file: Path | None, hand: str, accept: bool, console: Console
 ) -> None:
     """Read scans of the chart: all its pages, any angle, 50 to 1200 dpi.
@@ -133,7 +133,7 @@ def read(
 @click.argument("patches", type=_PATH)
 @printer_option
 @paper_option
-@options.of(CalibrationOptions, only=("scanner_name", "method"))
+@options.from_dataclass(CalibrationOptions, only=("scanner_name", "method"))
 @options.console
 def build(patches: Path, printer: str, paper: str, scanner_name: str, method: str, console: Console) -> None:
     """Build the table of PATCHES (.ti3) and store it for the printer.
@@ -148,7 +148,7 @@ def build(patches: Path, printer: str, paper: str, scanner_name: str, method: st
     calibration = result.calibration
     console.report(
         result,
-        f"Stored: {calibration.described()}; it misses its own patches by ΔE00 {calibration.misses:.2f} on the mean. "
+        f"Stored: {calibration.describe()}; it misses its own patches by ΔE00 {calibration.misses:.2f} on the mean. "
         f"Verify it: handout calibrate verify --printer {calibration.printer} --paper {calibration.paper} -o strip.pdf",
     )
 
@@ -183,7 +183,7 @@ def verify(
     if scans:
         read = calibrating.verify(printer, paper, scans, report_file=report_file)
         warnings = (f"warning: {finding}" for finding in read.verification.findings)
-        head = f"{read.calibration.described()}:"
+        head = f"{read.calibration.describe()}:"
         console.report(read, "\n".join([*warnings, head, *read.verification.lines()]))
         return
     strip = calibrating.print_strip(printer, paper, hand=hand, sheet=sheet, output=output)
@@ -191,7 +191,7 @@ def verify(
     where = ", ".join(map(str, strip.files)) or "sent to the printer"
     console.report(
         strip,
-        f"Strip of {calibration.described()}: {where}. Scan it like the chart, then: "
+        f"Strip of {calibration.describe()}: {where}. Scan it like the chart, then: "
         f"handout calibrate verify --printer {calibration.printer} --paper {calibration.paper} --scan SCAN",
     )
 
@@ -242,4 +242,4 @@ def export(printer: str, paper: str, kind: str, output: Path, console: Console) 
     from handout.pipeline.calibrating import export
 
     exported = export(printer, paper, kind, output)
-    console.report(exported, f"{exported.calibration.described()}: {output}.")
+    console.report(exported, f"{exported.calibration.describe()}: {output}.")

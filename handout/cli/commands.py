@@ -18,7 +18,7 @@ _FEW = 12  # options of a verb that need no headings
 _WIDE = 30  # columns of names, as click has them at most
 
 
-def under(heading: str, *options: Option) -> Option:
+def group_under(heading: str, *options: Option) -> Option:
     """Some options as one whose help stands under a heading."""
 
     def decorate(verb: Verb) -> Verb:
@@ -31,7 +31,7 @@ def under(heading: str, *options: Option) -> Option:
     return decorate
 
 
-def headed(command: click.Command, context: click.Context) -> dict[str, list[click.Option]]:
+def group_options(command: click.Command, context: click.Context) -> dict[str, list[click.Option]]:
     """The options of a verb by their headings, in the order of the help; few stand under one heading."""
     options = [each for each in command.get_params(context) if isinstance(each, click.Option)]
     if len(options) <= _FEW:
@@ -75,7 +75,7 @@ class VerbCommand(click.Command):
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """The options under their headings, all in the same two columns."""
-        parts = {heading: records(options, ctx) for heading, options in headed(self, ctx).items()}
+        parts = {heading: records(options, ctx) for heading, options in group_options(self, ctx).items()}
         wide = min(_WIDE, max(len(name) for part in parts.values() for name, _ in part))
         for heading, part in parts.items():
             with formatter.section(heading):

@@ -51,7 +51,7 @@ def command() -> None:
 @click.argument("key")
 @click.argument("values", nargs=-1, required=True, metavar="VALUE...")
 @_project
-def set_(key: str, values: tuple[str, ...], project: bool) -> None:
+def set_default(key: str, values: tuple[str, ...], project: bool) -> None:
     """Set the default of the option KEY, or VERB.KEY, to VALUE; options that may be repeated take several.
 
     \b
@@ -68,14 +68,14 @@ def set_(key: str, values: tuple[str, ...], project: bool) -> None:
 @command.command("unset")
 @click.argument("key")
 @_project
-def unset(key: str, project: bool) -> None:
+def unset_default(key: str, project: bool) -> None:
     """Take the default KEY, or VERB.KEY, out of the file.
 
     \b
     handout config unset hand
     """
     file, name = _file(project), _plain(key)
-    there = configuration.read(file) if file.is_file() else {}
+    there = configuration.read_settings(file) if file.is_file() else {}
     if name not in there:  # it may have another name; one that no option has is taken out all the same
         with contextlib.suppress(InputError):
             name, _ = _owners(key)
@@ -98,7 +98,7 @@ def get(key: str) -> None:
     keys = [name] if "." not in name else configuration.keys_of(path, option)
     found = next((each for layer in _layers() if (each := layer.find(keys))), None)
     row = _row(found) if found else _Row(name, _built_in(option), "built-in")
-    click.echo(_shown(row.value))
+    click.echo(_show_value(row.value))
     click.echo(f"From: {row.place}.", err=True)
 
 
@@ -115,7 +115,7 @@ def show(every: bool, as_json: bool, words: tuple[str, ...]) -> None:
     handout config show write "Dear Ada" --hand house-quick
     """
     notes = problems()
-    rows = list(_of_command(words)) if words else list(_configured(every))
+    rows = list(_of_command(words)) if words else list(_list_configured(every))
     user, project = configuration.user_file(), configuration.project_file()
     files = {"user": str(user) if user.is_file() else None, "project": str(project) if project else None}
     if as_json:
@@ -123,7 +123,7 @@ def show(every: bool, as_json: bool, words: tuple[str, ...]) -> None:
         facts = {"settings": settings, "files": files, **({"notes": notes} if notes else {})}
         click.echo(json.dumps(facts, ensure_ascii=False))
     else:
-        table = [(row.key, _shown(row.value), row.place) for row in rows]
+        table = [(row.key, _show_value(row.value), row.place) for row in rows]
         widths = [max(map(len, column)) for column in zip(*table, strict=True)]
         for cells in table:
             click.echo("  ".join(text.ljust(width) for text, width in zip(cells, widths, strict=True)).rstrip())
@@ -133,9 +133,9 @@ def show(every: bool, as_json: bool, words: tuple[str, ...]) -> None:
         click.echo(note, err=True)
 
 
-def _shown(value: object) -> str:
+def _show_value(value: object) -> str:
     if isinstance(value, list | tuple):
-        return " ".join(map(_shown, value))
+        return " ".join(map(_show_value, value))
     return "" if value is None else str(value).lower() if isinstance(value, bool) else str(value)
 
 
@@ -144,7 +144,7 @@ def _layers() -> list[SettingsLayer]:
 
 
 def _row(setting: ConfiguredValue) -> _Row:
-    return _Row(setting.key, setting.value, setting.layer.named(setting.key))
+    return _Row(setting.key, setting.value, setting.layer.name_place(setting.key))
 
 
 def _built_in(option: click.Option) -> object:
@@ -221,7 +221,7 @@ def _value(name: str, owners: Sequence[tuple[str, click.Option]], words: Sequenc
         several = [f"{path}.{configuration.key_of(option)}" for path, option in owners if option.multiple]
         way_out = f"set it for one verb, such as {several[0]}" if several else "put quotes around words of one value"
         raise InputError(f"{name} takes one value in {single[0]}, not {len(values)}: {way_out}.")
-    typed = [_typed(owners[0][1], value) for value in values]
+    typed = [_convert_word(owners[0][1], value) for value in values]
     value: Value = typed if len(typed) > 1 else typed[0]
     for _, option in owners:
         _check(name, option, value)
@@ -239,7 +239,7 @@ def _check(name: str, option: click.Option, value: Value) -> None:
         raise InputError(f"{name}: {said}") from error
 
 
-def _typed(option: click.Option, word: str) -> str | int | float | bool:
+def _convert_word(option: click.Option, word: str) -> str | int | float | bool:
     """A word as its option's type has it in a file."""
     kind: click.ParamType[object] = click.BOOL if option.is_flag else option.type
     try:
@@ -273,7 +273,7 @@ def problems() -> list[str]:
     return notes
 
 
-def _configured(every: bool) -> Iterator[_Row]:
+def _list_configured(every: bool) -> Iterator[_Row]:
     """What is set, by keys; what a nearer place hides is told beside it."""
     layers, told = _layers(), set()
     for path, option in _options():
@@ -309,5 +309,5 @@ def _of_command(words: Sequence[str]) -> Iterator[_Row]:
         source = context.get_parameter_source(str(option.name))
         found = configuration.find(path, option, _layers()) if source is ParameterSource.DEFAULT_MAP else None
         value = found.value if found else context.params.get(str(option.name))
-        place = found.layer.named(found.key) if found else typed.get(source or ParameterSource.DEFAULT, "built-in")
+        place = found.layer.name_place(found.key) if found else typed.get(source or ParameterSource.DEFAULT, "built-in")
         yield _Row(configuration.key_of(option), list(value) if isinstance(value, tuple) else value, place)

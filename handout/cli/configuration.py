@@ -45,7 +45,7 @@ class SharedOption(click.Option):
         value, source = super().consume_value(ctx, opts)
         if source is not ParameterSource.DEFAULT_MAP:
             return value, source
-        if _of_kept(ctx) or any(_asked(ctx, name) for name in self.unless):
+        if _of_kept(ctx) or any(_is_typed(ctx, name) for name in self.unless):
             assert ctx.default_map is not None
             ctx.default_map.pop(str(self.name))
             return super().consume_value(ctx, opts)
@@ -54,15 +54,15 @@ class SharedOption(click.Option):
 
 def _of_kept(context: click.Context) -> bool:
     """Whether a plot that is kept goes on, is drawn again, or is asked about."""
-    if any(_asked(context, name) for name in _OF_TABLES):  # of which --resume may have the name
+    if any(_is_typed(context, name) for name in _OF_TABLES):  # of which --resume may have the name
         return False
     text = context.params.get("text")
     if context.info_name == "plot" and text and text[0] in JOB_WORDS:
-        return not any(_asked(context, name) for name in ("file", "ports", "dry_run"))
-    return text == () and (_asked(context, "resume") or _asked(context, "again"))
+        return not any(_is_typed(context, name) for name in ("file", "ports", "dry_run"))
+    return text == () and (_is_typed(context, "resume") or _is_typed(context, "again"))
 
 
-def _asked(context: click.Context, name: str) -> bool:
+def _is_typed(context: click.Context, name: str) -> bool:
     """Whether an option is typed, and not to turn a switch off."""
     typed = context.get_parameter_source(name) is ParameterSource.COMMANDLINE
     return typed and context.params.get(name) is not False
@@ -109,7 +109,7 @@ class SettingsLayer:
     file: Path | None = None
     values: Mapping[str, Value] = field(default_factory=dict)
 
-    def named(self, key: str) -> str:
+    def name_place(self, key: str) -> str:
         """Where a key stands, for people."""
         return f"environment {variable(key)}" if self.file is None else f"{self.kind} file {self.file}"
 
@@ -118,16 +118,16 @@ class SettingsLayer:
         for key in keys:
             name = variable(key) if self.file is None else key
             if name in self.values:
-                return ConfiguredValue(key, self._from_here(self.values[name]), self)
+                value = self.values[name]
+                if isinstance(value, list):
+                    value = [self._path_beside(each) if isinstance(each, str) else each for each in value]
+                elif isinstance(value, str):
+                    value = self._path_beside(value)
+                return ConfiguredValue(key, value, self)
         return None
 
-    def _from_here(self, value: Value) -> Value:
-        """A value; where it names files beside this one, with their folder."""
-        if isinstance(value, list):
-            return [self._beside(each) if isinstance(each, str) else each for each in value]
-        return self._beside(value) if isinstance(value, str) else value
-
-    def _beside(self, value: str) -> str:
+    def _path_beside(self, value: str) -> str:
+        """A value; where it names a file beside this one, with its folder."""
         if self.file is None or not Path(value).suffix:
             return value
         try:
@@ -185,14 +185,14 @@ def layers(chosen: str | None = None) -> list[SettingsLayer]:
     }
     found = [SettingsLayer("environment", None, variables)]
     if chosen is not None:
-        return [*found, SettingsLayer("chosen", Path(chosen), read(Path(chosen)))]
+        return [*found, SettingsLayer("chosen", Path(chosen), read_settings(Path(chosen)))]
     project, user = project_file(), user_file()
     if project is not None and project != user and not strangers(project):
-        found.append(SettingsLayer("project", project, read(project)))
-    return [*found, SettingsLayer("user", user, read(user))] if user.is_file() else found
+        found.append(SettingsLayer("project", project, read_settings(project)))
+    return [*found, SettingsLayer("user", user, read_settings(user))] if user.is_file() else found
 
 
-def read(file: Path) -> dict[str, Value]:
+def read_settings(file: Path) -> dict[str, Value]:
     """The settings of a file by their whole keys: a table [plot] with port gives ``plot.port``.
 
     Raises
@@ -406,7 +406,7 @@ def wrong(error: click.BadParameter) -> str | None:
     return None if setting is None else f"{place(setting)}: {error.message}"
 
 
-def changed(text: str, key: str, value: Value | None) -> str:
+def change_text(text: str, key: str, value: Value | None) -> str:
     """The text of a configuration file with a key set to a value, or without it (None); all else stays as it is."""
     import tomlkit
 
@@ -436,14 +436,14 @@ def write(file: Path, key: str, value: Value | None) -> None:
     Raises
     ------
     InputError
-        As `read` and `atomic.write`.
+        As `read_settings` and `atomic.write`.
     """
     text = ""
     if file.is_file():
-        read(file)
+        read_settings(file)
         text = file.read_text(encoding="utf-8-sig")
     try:
-        result = changed(text, key, value).encode()
+        result = change_text(text, key, value).encode()
         file.parent.mkdir(parents=True, exist_ok=True)
     except (OSError, ValueError) as error:
         raise InputError(f"Cannot write {file}: {getattr(error, 'strerror', 0) or error}") from error

@@ -34,7 +34,7 @@ class Console(Attendant):
     quiet: bool = False
     yes: bool = False
     _notes: list[str] = field(default_factory=list)
-    _line: terminal.ProgressLine = terminal.unseen
+    _line: terminal.ProgressLine = terminal.show_nothing
     _output: BackgroundOutput | None = None
     _answers: Mapping[str, str] = field(default_factory=dict)
 
@@ -46,7 +46,7 @@ class Console(Attendant):
             if self._output is not None:
                 self._output.say(sentence)
                 continue
-            with terminal.hidden():
+            with terminal.hide_bar():
                 click.echo(sentence, err=True)
 
     def note(self, *sentences: str) -> None:
@@ -61,7 +61,7 @@ class Console(Attendant):
     @contextlib.contextmanager
     def working(self) -> Iterator[terminal.ProgressLine]:
         """A block of work whose progress a terminal shows."""
-        with terminal.shown(self.quiet) as line:
+        with terminal.show_bar(self.quiet) as line:
             before, self._line = self._line, line
             try:
                 yield line
@@ -76,9 +76,9 @@ class Console(Attendant):
     @contextlib.contextmanager
     def plotting(self) -> Iterator[Callable[[float, float], None] | None]:
         """While a job is drawn a terminal shows how far it has come; what is said is said on a thread of its own."""
-        with terminal.shown(self.quiet) as line, BackgroundOutput(self.quiet) as self._output:
+        with terminal.show_bar(self.quiet) as line, BackgroundOutput(self.quiet) as self._output:
             try:
-                yield (lambda share, left: line(share, "plotting", left)) if terminal.wanted(self.quiet) else None
+                yield (lambda share, left: line(share, "plotting", left)) if terminal.wants_bar(self.quiet) else None
             finally:
                 self._output = None
 
@@ -104,13 +104,13 @@ class Console(Attendant):
     def paused(self, pressed: Callable[[], bool]) -> None:
         """Until the button of the plotter is pressed once more, or Enter."""
         enter = ", or Enter," if sys.stdin.isatty() else ""
-        with terminal.hidden():
+        with terminal.hide_bar():
             click.echo(
                 f"Paused, the pen is lifted: press the plotter's button again{enter} to go on; Ctrl-C stops, and the "
                 "job is kept.",
                 err=True,
             )
-            while not (pressed() or _entered()):
+            while not (pressed() or _has_entered()):
                 pass
             click.echo("It goes on.", err=True)
 
@@ -131,19 +131,19 @@ class Console(Attendant):
 
     def agrees(self, question: str) -> bool:
         """Whether the person says yes."""
-        with terminal.hidden():
+        with terminal.hide_bar():
             return click.confirm(question, default=False, err=True)
 
     def file_of(self, what: str) -> Path:
         """The file whose name is typed, or dropped on the terminal, which may put it in quotes."""
-        with terminal.hidden():
+        with terminal.hide_bar():
             return Path(click.prompt(f"File with {what}", err=True).strip().strip("'\""))
 
     def _enter(self, request: str, *before: str) -> None:
         """When all is said that comes before, say something, ask, and wait for Enter."""
         if self._output is not None:
             self._output.wait()
-        with terminal.hidden():
+        with terminal.hide_bar():
             for line in before:
                 click.echo(line, err=True)
             click.prompt(request, default="", show_default=False, prompt_suffix=" ", err=True)
@@ -195,7 +195,8 @@ class BackgroundOutput:
                 self._printing = bool(lines)
             if not lines:
                 return
-            with contextlib.suppress(OSError, ValueError), terminal.hidden():  # the terminal is gone: no reason to stop
+            # that the terminal is gone is no reason to stop
+            with contextlib.suppress(OSError, ValueError), terminal.hide_bar():
                 for line in [*lines, *([f"({lost} more lines)"] if lost else [])]:
                     click.echo(line, err=True)
 
@@ -208,7 +209,7 @@ class BackgroundOutput:
         self._thread.shutdown()
 
 
-def _entered() -> bool:
+def _has_entered() -> bool:
     """Whether somebody at the terminal has pressed Enter."""
     if sys.platform == "win32":
         import msvcrt

@@ -37,7 +37,7 @@ def command(test_page: Path | None, as_json: bool) -> int:
     result = examine(test_page, [settings])
     if as_json:
         click.echo(json.dumps(result.facts(), ensure_ascii=False))
-        return _FAILED if result.broken else 0
+        return _FAILED if result.is_broken else 0
     group = ""
     for finding in result.findings:
         if finding.group != group:
@@ -48,7 +48,7 @@ def command(test_page: Path | None, as_json: bool) -> int:
             click.echo(f"      > {finding.remedy}")
     failed = sum(finding.state == "broken" for finding in result.findings)
     click.echo(f"{failed} of these must be put right." if failed else "All that is needed is here.", err=True)
-    return _FAILED if result.broken else 0
+    return _FAILED if result.is_broken else 0
 
 
 def settings() -> Iterator[CheckFinding]:

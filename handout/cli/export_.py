@@ -8,7 +8,7 @@ import click
 
 from handout import units
 from handout.cli import options, sentences
-from handout.cli.commands import VerbCommand, under
+from handout.cli.commands import VerbCommand, group_under
 from handout.cli.console import Console
 from handout.pipeline.declarations import FILES
 from handout.pipeline.options import SheetOptions, WritingOptions
@@ -18,7 +18,7 @@ from handout.pipeline.programs import SUFFIXES, check_suffixes
 
 @click.command("export", cls=VerbCommand)
 @click.argument("text", nargs=-1)
-@under(
+@group_under(
     FILES,
     click.option("--file", "-f", help="Read the text from a file; - for standard input."),
     click.option(
@@ -51,12 +51,10 @@ def command(
     from handout.pipeline.inputs import read_source
 
     check_suffixes(output)
-    source = read_source(text, file, console, options.given(), svg_text=drawing.svg_text)
+    source = read_source(text, file, console, options.given_names(), svg_text=drawing.svg_text)
     result = pipeline.export(source, output, writing, sheet, export)
     told = result.told
     dips = "".join(f", {units.count(many, 'dip')} on {name}" for name, many in told.get("dips", {}).items() if many)
     times = ", ".join(f"{units.duration(seconds)} on {name}" for name, seconds in told["devices"].items())
-    console.report(
-        result,
-        f"Wrote {sentences.names(result.files)}: {times}{dips}; seed {result.seed}.{sentences.told(result.tally)}",
-    )
+    sentence = f"Wrote {sentences.names(result.files)}: {times}{dips}; seed {result.seed}."
+    console.report(result, sentence + sentences.tell_letters(result.tally))

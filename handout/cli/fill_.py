@@ -35,7 +35,7 @@ class _Mode:
 @click.command("fill", cls=VerbCommand)
 @click.argument("form", type=click.Path(path_type=Path))
 @click.argument("answers", type=click.Path(path_type=Path), required=False)
-@options.bind("mode", _Mode, options.of(_Mode), options.port())
+@options.bind("mode", _Mode, options.from_dataclass(_Mode), options.port())
 @options.bind("filling", FillOptions)
 @options.writing
 @options.picture
@@ -62,7 +62,7 @@ def command(
     from handout.pipeline import filling as pipeline
 
     if answers is None:
-        if mode.output or "port" in options.given():
+        if mode.output or "port" in options.given_names():
             raise InputError(f"With what? Give answers, as handout fill {form} answers.csv.")
         listed = pipeline.fields_of(form)
         if not console.as_json:
@@ -80,7 +80,7 @@ def command(
     console.report(
         result,
         f"Filled in {count} ({sentences.names(result.files)}); {sentences.writing_time(result.tally)}seed "
-        f"{result.seed}.{sentences.told(result.tally)}",
+        f"{result.seed}.{sentences.tell_letters(result.tally)}",
     )
 
 
@@ -95,6 +95,6 @@ def _plot(
     result = plot_forms(form, answers, mode.port, filling, writing, attendant=console)
     sentence = (
         f"Plotted {units.count(result.sheets, 'sheet')} in {units.duration(result.executed_s)}; seed {result.seed}."
-        f"{sentences.told(result.tally)}"
+        f"{sentences.tell_letters(result.tally)}"
     )
     console.report(result, f"{sentence}\n{result.fidelity}".strip())

@@ -49,7 +49,7 @@ command.add_command(prompt)
 @click.option("--output", "-o", required=True, help="The .hand file.")
 @options.bind("reading", ReadingOptions)
 @options.console
-def read(
+def read_hand(
     name: str,
     scans: tuple[str, ...],
     inks: tuple[str, ...],
@@ -173,7 +173,7 @@ def show(
         letters, different = units.count(result.told["glyphs"], "letter"), len(result.told["letters"])
         sentence += f": {letters}, {different} different ones."
     else:
-        sentence += f".{sentences.lent(result.tally)}"
+        sentence += f".{sentences.tell_lent(result.tally)}"
     console.report(result, "\n".join([*result.told.get("why", ()), sentence]))
 
 
@@ -199,10 +199,10 @@ def check(name: str, output: str | None, text: str | None, doubts: str | None, c
     result = check_hand(name, output, text, doubts)
     if not console.as_json and not console.quiet:
         click.echo(result.table)
-    console.report(result, _checked(result.told))
+    console.report(result, _tell_check(result.told))
 
 
-def _checked(told: Told) -> str:
+def _tell_check(told: Told) -> str:
     """What a hand holds, and what a text would lack."""
     rare, least = told["short"], told["least"]
     many = {entry["letter"]: entry["total"] for entry in told["letters"]}
@@ -218,7 +218,7 @@ def _checked(told: Told) -> str:
         lines.append(f"Fewer than {least} are sure of {few}: `handout hand prompt --for` makes a sheet of those.")
     if "lacks" in told:
         elsewhere = sorted({f"{lack['letter']} ({lack['place']})" for lack in told["lacks"] if lack["anywhere"]})
-        lines += _supplied(told["supply"])
+        lines += _tell_supply(told["supply"])
         if elsewhere:
             lines.append(f"In another place of a word only: {', '.join(elsewhere)}.")
     if told["files"]:
@@ -226,7 +226,7 @@ def _checked(told: Told) -> str:
     return "\n".join(lines)
 
 
-def _supplied(supply: Sequence[Mapping[str, str]]) -> list[str]:
+def _tell_supply(supply: Sequence[Mapping[str, str]]) -> list[str]:
     """How a text comes by the letters that its hand lacks."""
     if not supply:
         return ["Every letter of that text is there."]
@@ -310,20 +310,20 @@ def edit(
         result = kept_hands.edits(name)
     else:
         result = kept_hands.undo_edits(name, 1 if undo else -1, output, listener=console)
-    console.report(result, "\n".join(_history(result.told)) if history else _edited(result.told))
+    console.report(result, "\n".join(_history(result.told)) if history else _tell_edit(result.told))
 
 
-def _edited(told: Told) -> str:
+def _tell_edit(told: Told) -> str:
     """What was corrected, or taken back, and what else that changed."""
     wrote, total = f"Wrote {told['files'][0]}", told["corrections"]
     if not told["made"]:
         entries = sum(not entry["in_force"] for entry in told["journal"])
         more = f"; {units.count(entries, 'entry', 'entries')} can be made again" if entries else ""
         return f"{wrote}: {units.count(total, 'correction')} in force{more}."
-    return f"{wrote}: {units.count(told['made'], 'correction')} made, {total} in all; {_changed(told['changes'])}"
+    return f"{wrote}: {units.count(told['made'], 'correction')} made, {total} in all; {_tell_changes(told['changes'])}"
 
 
-def _changed(changes: Sequence[Told]) -> str:
+def _tell_changes(changes: Sequence[Told]) -> str:
     if not changes:
         return "no other letter changed."
     named = [f"{one['letter']} in “{one['word']}” (line {one['line'] + 1}, {one['how']})" for one in changes[:_NAMED]]
@@ -337,7 +337,7 @@ def _history(told: Told) -> list[str]:
     for number, entry in enumerate(told["journal"], 1):
         kinds = ", ".join(correction["do"] for correction in entry["corrections"])
         undone = "" if entry["in_force"] else " (taken back)"
-        lines.append(f"{number}{undone}: {kinds}; {_changed(entry['changes'])}")
+        lines.append(f"{number}{undone}: {kinds}; {_tell_changes(entry['changes'])}")
     return lines or [f"{told['files'][0]}: nothing was corrected."]
 
 

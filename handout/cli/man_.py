@@ -13,7 +13,7 @@ from pathlib import Path
 import click
 
 from handout import __version__, atomic
-from handout.cli.commands import VerbCommand, headed, records
+from handout.cli.commands import VerbCommand, group_options, records
 from handout.errors import InputError
 from handout.pipeline.declarations import OWN
 
@@ -92,10 +92,10 @@ def _page(name: str, pages: dict[str, click.Command]) -> str:
         f".SH NAME\n{_plain(title)} \\- {_plain(_title(verb))}",
         f".SH SYNOPSIS\n.B {_plain(name)}\n{_plain(' '.join(verb.collect_usage_pieces(context)))}",
         ".SH DESCRIPTION",
-        "\n".join(_described(inspect.cleandoc(verb.help or ""))).removeprefix(".PP\n"),
+        "\n".join(_set_paragraphs(inspect.cleandoc(verb.help or ""))).removeprefix(".PP\n"),
     ]
     lines.append(".SH OPTIONS")
-    for heading, options in headed(verb, context).items():
+    for heading, options in group_options(verb, context).items():
         lines += [] if heading == OWN else [f".SS {_plain(heading)}"]
         lines += [f".TP\n.B {_plain(option)}\n{_text(meaning)}" for option, meaning in records(options, context)]
     if inner:
@@ -111,7 +111,7 @@ def _title(verb: click.Command) -> str:
     return re.split(r"(?<=\w)[.:;] ", " ".join(text.split()))[0].rstrip(".")
 
 
-def _described(text: str) -> Iterator[str]:
+def _set_paragraphs(text: str) -> Iterator[str]:
     """The paragraphs of a help text; those behind \\b stay as they are."""
     for paragraph in re.split(r"\n\s*\n", text):
         if paragraph.startswith("\b"):

@@ -11,22 +11,22 @@ import click
 from click.core import ParameterSource
 
 from handout.cli import configuration
-from handout.cli.commands import under
+from handout.cli.commands import group_under
 from handout.cli.configuration import Option, Verb
 from handout.cli.configuration import shared as shared
 from handout.cli.console import Console
-from handout.pipeline.declarations import GENERAL, MACHINE, Declaration, built, declared, inner
+from handout.pipeline.declarations import GENERAL, MACHINE, Declaration, build_options, inner, list_declared
 from handout.pipeline.options import PictureOptions, PoseOptions, SheetOptions, StyleOptions, WritingOptions
 
 _OF_USER = (ParameterSource.COMMANDLINE, ParameterSource.ENVIRONMENT)
-_CONSOLE = under(
+_CONSOLE = group_under(
     GENERAL,
     click.option("--json", "as_json", is_flag=True, help="One JSON object on standard output."),
     click.option("--quiet", "-q", is_flag=True, help="Say nothing but errors."),
 )
 
 
-def of(
+def from_dataclass(
     kind: type, *, only: Collection[str] = (), leave_out: Collection[str] = (), **changed: Mapping[str, object]
 ) -> Option:
     """The options that a dataclass declares, those of dataclasses in it too, as one option of click.
@@ -36,10 +36,10 @@ def of(
     only, leave_out : names of fields; without `only` all but those left out.
     changed : of a field what is declared otherwise for this verb.
     """
-    found = [of(type(usual), only=only, leave_out=leave_out, **changed) for usual in inner(kind).values()]
-    for each, declaration in declared(kind, changed):
+    found = [from_dataclass(type(usual), only=only, leave_out=leave_out, **changed) for usual in inner(kind).values()]
+    for each, declaration in list_declared(kind, changed):
         if declaration.help and each.name not in leave_out and (not only or each.name in only):
-            found.append(under(declaration.heading, _option(each.name, each.default, declaration)))
+            found.append(group_under(declaration.heading, _option(each.name, each.default, declaration)))
     return lambda verb: reduce(lambda done, one: one(done), reversed(found), verb)
 
 
@@ -86,19 +86,19 @@ def bind(name: str, kind: type, *options: Option, **fixed: object) -> Callable[[
     Parameters
     ----------
     kind : a frozen dataclass; its options are called like its fields.
-    options : what `of` or `click.option` returned, in the order of the help; none: all that the dataclass declares.
+    options : of `from_dataclass` or `click.option`, in the order of the help; none: all that the dataclass declares.
     fixed : fields that are no options of this verb.
     """
 
     def decorate(verb: Verb) -> Verb:
         @wraps(verb)
-        def bound(*arguments: object, **values: object) -> object:
+        def call_verb(*arguments: object, **values: object) -> object:
             group = {field: values.pop(field) for field in names}
-            return verb(*arguments, **{name: built(kind, {**fixed, **group})}, **values)
+            return verb(*arguments, **{name: build_options(kind, {**fixed, **group})}, **values)
 
         inner = len(vars(verb).get("__click_params__", ()))
-        result: Verb = bound
-        for option in reversed(options or (of(kind),)):
+        result: Verb = call_verb
+        for option in reversed(options or (from_dataclass(kind),)):
             result = option(result)
         names = [str(parameter.name) for parameter in vars(result)["__click_params__"][inner:]]
         return result
@@ -110,10 +110,10 @@ def port(*names: str, multiple: bool = False) -> Option:
     """--port of a plotter; one of the configuration is left aside where the result is to be a file."""
     help_ = "/dev/ttyUSB0, COM3, tcp://host, ws://host, auto, or sim: (simulated)."
     option = shared("--port", *names, multiple=multiple, unless=("dry_run", "output"), help=help_)
-    return under(MACHINE, option)
+    return group_under(MACHINE, option)
 
 
-def given() -> frozenset[str]:
+def given_names() -> frozenset[str]:
     """The options of the running command that its user gave: they win over what the head of a letter says."""
     context = click.get_current_context()
     return frozenset(name for name in context.params if context.get_parameter_source(name) in _OF_USER)
@@ -121,7 +121,7 @@ def given() -> frozenset[str]:
 
 def sheet(usual_page: str) -> Callable[[Verb], Verb]:
     """--page (usually that one), --margin and --pages, as `sheet`: SheetOptions."""
-    page = of(SheetOptions, page={"help": f"{_PAGE}  [default: {usual_page}]"})
+    page = from_dataclass(SheetOptions, page={"help": f"{_PAGE}  [default: {usual_page}]"})
     return bind("sheet", SheetOptions, page, usual_page=usual_page)
 
 
@@ -129,17 +129,17 @@ def console(verb: Verb) -> Verb:
     """--json and --quiet, as `console`: Console, which first says what the verb takes from a configuration."""
 
     @wraps(verb)
-    def bound(*arguments: object, as_json: bool, quiet: bool, **values: object) -> object:
+    def call_verb(*arguments: object, as_json: bool, quiet: bool, **values: object) -> object:
         terminal = Console(as_json, quiet)
         terminal.note(*configuration.sentences(click.get_current_context()))
         return verb(*arguments, console=terminal, **values)
 
-    return _CONSOLE(bound)
+    return _CONSOLE(call_verb)
 
 
 _PAGE = next(each.metadata["option"].help for each in fields(SheetOptions) if each.name == "page")
 # WritingOptions without slips, for other programs' commands
-manner = bind("writing", WritingOptions, of(WritingOptions, leave_out=("slips",)))
+manner = bind("writing", WritingOptions, from_dataclass(WritingOptions, leave_out=("slips",)))
 writing = bind("writing", WritingOptions)
 picture = bind("picture", PictureOptions)
 pose = bind("posing", PoseOptions)

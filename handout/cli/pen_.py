@@ -28,7 +28,7 @@ class _Plotter:
     device: str | None = shared(None, MACHINE, "The plotter's profile; see: handout devices list.")
 
 
-_plotter = options.bind("plotter", _Plotter, options.port(), options.of(_Plotter))
+_plotter = options.bind("plotter", _Plotter, options.port(), options.from_dataclass(_Plotter))
 
 
 @click.group("pen", cls=VerbGroup)

@@ -57,17 +57,17 @@ class _Mode:
     @property
     def plots_anyway(self) -> bool:
         """Whether what is typed asks for a plot, whatever its text is."""
-        return self.file is not None or bool(self.dry_run) or "ports" in options.given()
+        return self.file is not None or bool(self.dry_run) or "ports" in options.given_names()
 
 
 @click.command("plot", cls=VerbCommand)
 @click.argument("text", nargs=-1)
-@options.bind("mode", _Mode, options.of(_Mode), options.port("ports", multiple=True))
+@options.bind("mode", _Mode, options.from_dataclass(_Mode), options.port("ports", multiple=True))
 @options.bind("drawing", DrawingOptions)
 @options.bind(
     "table",
     TableOptions,
-    options.of(
+    options.from_dataclass(
         TableOptions,
         leave_out=("copies", "resume"),
         again={
@@ -79,11 +79,11 @@ class _Mode:
         },
     ),
 )
-@options.bind("merge", MergeOptions, options.of(MergeOptions, leave_out=("margin", "pages")))
+@options.bind("merge", MergeOptions, options.from_dataclass(MergeOptions, leave_out=("margin", "pages")))
 @options.bind(
     "request",
     PlotRequest,
-    options.of(PlotRequest, page={"help": f"{page_sizes.HELP}  [default: A5]"}),
+    options.from_dataclass(PlotRequest, page={"help": f"{page_sizes.HELP}  [default: A5]"}),
     source=Source(""),
 )
 @options.console
@@ -139,7 +139,7 @@ def command(
     from handout.pipeline.texts import check_outputs
 
     check_outputs(mode.dry_run)
-    source = read_source(text, mode.file, console, options.given(), svg_text=drawing.svg_text)
+    source = read_source(text, mode.file, console, options.given_names(), svg_text=drawing.svg_text)
     request = replace(request, source=source)
     if mode.dry_run:
         _preview(request, mode, console)
@@ -160,7 +160,7 @@ def _of_kept(text: tuple[str, ...], mode: _Mode, part: PartOptions, again: str, 
         console.report(result, f"{sentence}\n{result.fidelity}".strip())
     elif again:
         _check_kept(text, _AGAIN, "--again plots what is kept", "a plot that is drawn again is drawn as it was")
-        _again(again, part, mode, console)
+        _plot_again(again, part, mode, console)
     return mode.resume is not None or bool(again)
 
 
@@ -182,7 +182,7 @@ def _plot_rows(
         raise InputError("Which table? Name one, as in: handout plot --port /dev/ttyUSB0 people.csv --letter card.md")
     if not mode.ports and not mode.dry_run:
         raise InputError("Where to? Give --port /dev/ttyUSB0 (or COM3, or sim:), or --dry-run preview.svg.")
-    rows, merge = replace(table, resume=mode.resume is not None), replace(merge, given=options.given())
+    rows, merge = replace(table, resume=mode.resume is not None), replace(merge, given=options.given_names())
     try:
         with console.working() if mode.dry_run else contextlib.nullcontext():
             how = request, mode.ports, (rows, merge), mode.attendance
@@ -195,7 +195,7 @@ def _plot_rows(
     if mode.dry_run:
         took = f"plotting would take {units.duration(result.told['planned_s'])}"
     sentence = f"{summary(result)}; {took}; seed {result.seed}."
-    lent = sentences.told(result.tally)
+    lent = sentences.tell_letters(result.tally)
     console.report(result, f"{sentence}{lent}\n{result.fidelity}".strip())
     return result.report.exit_code
 
@@ -208,7 +208,7 @@ def _plot(request: PlotRequest, mode: _Mode, console: Console) -> None:
     result = plot(request, mode.port, mode.attendance, attendant=console)
     sentence = (
         f"Plotted {units.count(result.sheets, 'sheet')} in {units.duration(result.executed_s)}; seed {result.seed}."
-        f"{sentences.told(result.tally)}"
+        f"{sentences.tell_letters(result.tally)}"
     )
     console.report(result, f"{sentence}\n{result.fidelity}".strip())
 
@@ -220,9 +220,10 @@ def _preview(request: PlotRequest, mode: _Mode, console: Console) -> None:
     travel, report = mode.show_travel, mode.attendance.report
     with console.working():
         result = preview(request, mode.dry_run, show_travel=travel, report=report, port=mode.port, listener=console)
-    took = f"plotting would take {units.duration(result.told['planned_s'])}{sentences.hooked(result.told)}"
+    took = f"plotting would take {units.duration(result.told['planned_s'])}{sentences.tell_hooks(result.told)}"
     console.report(
-        result, f"Wrote {sentences.names(result.files)}; {took}; seed {result.seed}.{sentences.told(result.tally)}"
+        result,
+        f"Wrote {sentences.names(result.files)}; {took}; seed {result.seed}.{sentences.tell_letters(result.tally)}",
     )
 
 
@@ -237,16 +238,16 @@ def _check_kept(text: tuple[str, ...], allowed: Collection[str], known: str, why
             raise InputError(f"{option} cannot be changed any more: {why}.")
 
 
-def _again(job: str, part: PartOptions, mode: _Mode, console: Console) -> None:
+def _plot_again(job: str, part: PartOptions, mode: _Mode, console: Console) -> None:
     """--again."""
-    from handout.pipeline.plotting import again, preview_again
+    from handout.pipeline.plotting import plot_again, preview_again
 
     if mode.dry_run:
         shown = preview_again(job, part, mode.dry_run, show_travel=mode.show_travel, listener=console)
-        took = f"plotting would take {units.duration(shown.told['planned_s'])}{sentences.hooked(shown.told)}"
+        took = f"plotting would take {units.duration(shown.told['planned_s'])}{sentences.tell_hooks(shown.told)}"
         console.report(shown, f"Wrote {sentences.names(shown.files)}; {took}.")
         return
-    result = again(job, part, mode.port, mode.attendance, attendant=console)
+    result = plot_again(job, part, mode.port, mode.attendance, attendant=console)
     console.report(
         result, f"Plotted {result.job.name} in {units.duration(result.executed_s)}.\n{result.fidelity}".strip()
     )
@@ -263,7 +264,7 @@ def _manage(word: str, names: tuple[str, ...], console: Console) -> None:
         if console.as_json:
             click.echo(json.dumps(jobs, ensure_ascii=False))
         elif jobs:
-            click.echo("\n".join(map(_row, jobs)))
+            click.echo("\n".join(map(_describe_job, jobs)))
         else:
             click.echo("No plot is kept.", err=True)
         return
@@ -283,7 +284,7 @@ def _manage(word: str, names: tuple[str, ...], console: Console) -> None:
         click.echo(f"\n{plot_jobs.outlook(job)}\nhandout plot --resume {job.name}")
 
 
-def _row(job: Told) -> str:
+def _describe_job(job: Told) -> str:
     """A job in the list of all."""
     share = min(job["drawn_mm"] / max(job["pen_down_mm"], 1e-9), 0.99)
     state = "finished" if job["finished"] else f"{share:.0%} drawn"

@@ -10,7 +10,7 @@ import click
 
 from handout import units
 from handout.cli import options, sentences
-from handout.cli.commands import VerbCommand, under
+from handout.cli.commands import VerbCommand, group_under
 from handout.cli.console import Console
 from handout.pipeline.declarations import MACHINE
 from handout.pipeline.options import MergeOptions, PictureOptions, PrintOptions, WritingOptions
@@ -25,7 +25,7 @@ _MOST_NAMED = 12  # files that are named at the end
 @click.argument("table", type=click.Path(path_type=Path))
 @options.bind("printing", PrintOptions)
 @options.bind("merge", MergeOptions)
-@under(MACHINE, click.option("--yes", "-y", is_flag=True, help="Do not stop where other paper is to be put in."))
+@group_under(MACHINE, click.option("--yes", "-y", is_flag=True, help="Do not stop where other paper is to be put in."))
 @options.writing
 @options.picture
 @options.console
@@ -54,7 +54,7 @@ def command(
     console.yes = yes
     try:
         with console.working():
-            asked = replace(merge, given=options.given())
+            asked = replace(merge, given=options.given_names())
             result = print_(table, printing, writing, picture, asked, attendant=console)
     except (PrintingStopped, RowsRefused) as stopped:
         name_problems(stopped.report, console)
@@ -63,7 +63,7 @@ def command(
     if result.calibration_note:
         console.say(result.calibration_note)
     sentence = f"{summary(result)}; {sentences.writing_time(result.tally)}seed {result.seed}."
-    console.report(result, sentence + sentences.told(result.tally))
+    console.report(result, sentence + sentences.tell_letters(result.tally))
     return result.report.exit_code
 
 
@@ -72,7 +72,7 @@ def summary(result: BatchDelivery) -> str:
     report = result.report
     files = ", ".join(map(str, report.files[:_MOST_NAMED]))
     jobs = units.count(len({job.name for job in report.jobs}), "job")
-    where = files or f"{jobs} to {result.shared or result.destination}"
+    where = files or f"{jobs} to {result.shares or result.destination}"
     before = f", {len(report.before)} before" if report.before else ""
     wanted = units.count(len(report.rows) + len(report.failed), "row" if result.letters else "envelope")
     return f"{len(report.rows)} of {wanted} done ({where}){before}"

@@ -26,20 +26,20 @@ class ProgressLine(Protocol):
         """Show the share of the work that is done, 0 to 1, and what is being done."""
 
 
-def wanted(quiet: bool) -> bool:
+def wants_bar(quiet: bool) -> bool:
     """Whether a terminal is there and the user does not want quiet."""
     return not quiet and sys.stderr.isatty()
 
 
-def unseen(share: float, stage: str, left: float | None = None) -> None:
+def show_nothing(share: float, stage: str, left: float | None = None) -> None:
     """Show nothing."""
 
 
 @contextlib.contextmanager
-def shown(quiet: bool) -> Iterator[ProgressLine]:
+def show_bar(quiet: bool) -> Iterator[ProgressLine]:
     """The bar of a block of work; gives the function that moves it, which shows nothing without a terminal."""
-    if _shown or not wanted(quiet):
-        yield unseen
+    if _shown or not wants_bar(quiet):
+        yield show_nothing
         return
     bar, clock = _bar(), _Clock()
     task = bar.add_task("", total=None, clock=clock)  # without a total the bar moves to and fro
@@ -58,7 +58,7 @@ def shown(quiet: bool) -> Iterator[ProgressLine]:
 
 
 @contextlib.contextmanager
-def hidden() -> Iterator[None]:
+def hide_bar() -> Iterator[None]:
     """Take the bar away while something is printed or asked."""
     for bar in _shown:
         bar.stop()

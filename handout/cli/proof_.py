@@ -9,7 +9,7 @@ import click
 
 from handout import units
 from handout.cli import options, sentences
-from handout.cli.commands import VerbCommand, under
+from handout.cli.commands import VerbCommand, group_under
 from handout.cli.console import Console
 from handout.pipeline.declarations import FILES
 from handout.pipeline.options import MergeOptions, PictureOptions, ProofOptions, WritingOptions
@@ -17,16 +17,16 @@ from handout.pipeline.options import MergeOptions, PictureOptions, ProofOptions,
 
 @click.command("proof", cls=VerbCommand)
 @click.argument("table", type=click.Path(path_type=Path))
-@under(
+@group_under(
     FILES,
     click.option("--output", "-o", multiple=True, type=click.Path(path_type=Path), help="proof.html or proof.pdf."),
 )
 @options.bind(
     "proofing",
     ProofOptions,
-    options.of(ProofOptions, leave_out=("copies", "resume", "again", "afresh", "jobs", "cluster")),
+    options.from_dataclass(ProofOptions, leave_out=("copies", "resume", "again", "afresh", "jobs", "cluster")),
 )
-@options.bind("merge", MergeOptions, options.of(MergeOptions, leave_out=("margin", "pages")))
+@options.bind("merge", MergeOptions, options.from_dataclass(MergeOptions, leave_out=("margin", "pages")))
 @options.writing
 @options.picture
 @options.console
@@ -51,7 +51,7 @@ def command(
     from handout.pipeline.proofing import proof
 
     with console.working():
-        asked = replace(merge, given=options.given())
+        asked = replace(merge, given=options.given_names())
         result = proof(table, output, proofing, writing, picture, asked, listener=console)
     told = result.told
     for failure in told["failed"]:

@@ -20,15 +20,15 @@ def writing_time(tally: Tally) -> str:
     return f"{units.duration(tally.duration)} of writing; " if tally.strokes else ""
 
 
-def told(tally: Tally) -> str:
+def tell_letters(tally: Tally) -> str:
     """What is said of the letters that were lent or doubtful, of words that may be misread, and of slips."""
-    return f"{lent(tally)}{doubted(tally)}{slipped(tally)}"
+    return f"{tell_lent(tally)}{tell_doubts(tally)}{tell_slips(tally)}"
 
 
-def lent(tally: Tally) -> str:
+def tell_lent(tally: Tally) -> str:
     """What was written for characters that the hand lacks, or doubts, in some sentences; "" where there are none."""
     by_source: dict[str, list[tuple[str, int]]] = {}
-    for (letter, source), count in tally.lent.items():
+    for (letter, source), count in tally.lent_letters.items():
         by_source.setdefault(source, []).append((letter, count))
     alone = [f"{forms[0][0]} ({source}{_times(forms[0][1])})" for source, forms in by_source.items() if len(forms) == 1]
     sentence = f" Lent to the hand: {', '.join(alone)}." if alone else ""
@@ -47,12 +47,12 @@ def lent(tally: Tally) -> str:
     )
 
 
-def slipped(tally: Tally) -> str:
+def tell_slips(tally: Tally) -> str:
     """One sentence about the words that were struck out; "" where there are none."""
     return f" {units.count(len(tally.slips), 'slip')} of the pen struck out." if tally.slips else ""
 
 
-def doubted(tally: Tally) -> str:
+def tell_doubts(tally: Tally) -> str:
     """One sentence about the words that read as others; "" where there are none."""
     if not tally.doubtful:
         return ""
@@ -67,7 +67,7 @@ def _times(count: int) -> str:
     return f", {count} times" if count > 1 else ""
 
 
-def hooked(told: Mapping[str, float]) -> str:
+def tell_hooks(told: Mapping[str, float]) -> str:
     """What of the time of a plot is for dips and the like, as a part of a sentence; "" for nothing."""
     if "hooks_s" not in told:
         return ""

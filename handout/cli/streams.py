@@ -63,7 +63,7 @@ def check_unread(leave: SystemExit) -> None:
         raise leave
 
 
-def closed(error: Exception) -> str | None:
+def explain_closed(error: Exception) -> str | None:
     """What is said where standard output was closed before the command began; None for other errors."""
     return "Standard output is closed." if getattr(error, "errno", None) == errno.EBADF and is_unread() else None
 

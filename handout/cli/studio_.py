@@ -47,7 +47,7 @@ def open_studio(
     except ModuleNotFoundError as error:
         raise InputError(MISSING) from error
 
-    def opened(link: str) -> None:
+    def show_link(link: str) -> None:
         click.echo(json.dumps({"link": link}) if as_json else link)
         click.echo("The studio is open; Ctrl-C closes it.", err=True)
         if browser:
@@ -55,4 +55,4 @@ def open_studio(
 
     hands = {path.stem: path for path in files.values() if path.suffix == ".hand"}
     styles = {path.stem: path for path in files.values() if path.suffix != ".hand"}
-    serve(hands, start, port, key_file, opened, styles)
+    serve(hands, start, port, key_file, show_link, styles)

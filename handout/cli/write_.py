@@ -6,7 +6,7 @@ import click
 
 from handout import units
 from handout.cli import options, sentences
-from handout.cli.commands import VerbCommand, under
+from handout.cli.commands import VerbCommand, group_under
 from handout.cli.console import Console
 from handout.pipeline.declarations import FILES, MACHINE
 from handout.pipeline.options import PictureOptions, SheetOptions, WritingOptions
@@ -14,7 +14,7 @@ from handout.pipeline.options import PictureOptions, SheetOptions, WritingOption
 
 @click.command("write", cls=VerbCommand)
 @click.argument("text", nargs=-1)
-@under(
+@group_under(
     FILES,
     click.option("--file", "-f", help="Read the text from a file; - for standard input."),
     click.option(
@@ -25,7 +25,7 @@ from handout.pipeline.options import PictureOptions, SheetOptions, WritingOption
         help=".svg .png .pdf .eps .dxf .inkml .json .gcode …; repeatable.",
     ),
 )
-@under(
+@group_under(
     MACHINE,
     options.shared("--device", help="The plotter that a .gcode, .hpgl or .ebb file is for; default: a common one."),
 )
@@ -53,12 +53,12 @@ def command(
     from handout.pipeline.inputs import written_source
     from handout.pipeline.writing import write
 
-    source = written_source(text, file, console, options.given())
+    source = written_source(text, file, console, options.given_names())
     with console.working():
         result = write(source, output, writing, sheet, picture, device=device, listener=console)
     console.report(
         result,
         f"Wrote {sentences.names(result.files)}: {units.count(result.tally.lines, 'line')} on "
         f"{units.count(result.tally.pages, 'page')}; {sentences.writing_time(result.tally)}seed {result.seed}."
-        f"{sentences.told(result.tally)}",
+        f"{sentences.tell_letters(result.tally)}",
     )

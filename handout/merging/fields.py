@@ -6,7 +6,6 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
-from handout.errors import InputError
 from handout.merging.template import LetterTemplate
 from handout.printing.address_rows import cell_names
 from handout.printing.address_table import Addresses
@@ -54,19 +53,19 @@ class Fields:
         return tuple(name for name in cell_names(self.columns) if name)
 
     @cached_property
-    def of(self) -> Mapping[str, str]:
+    def headers_by_name(self) -> Mapping[str, str]:
         """Name in a letter → header; columns of one header have their places in their names, and no other."""
         names: dict[str, str] = {}
         for header in self.headers:
             if name := identifier(header):
                 names.setdefault(name, header)
         for column, header in zip(self.columns, cell_names(self.columns), strict=True):
-            if header and column.role in _ROLES and _ROLES[column.role] not in self.repeated:
+            if header and column.role in _ROLES and _ROLES[column.role] not in self.repeated_names:
                 names.setdefault(_ROLES[column.role], header)
         return names
 
     @cached_property
-    def repeated(self) -> Mapping[str, Sequence[str]]:
+    def repeated_names(self) -> Mapping[str, Sequence[str]]:
         """A name that several columns have → the names that tell them apart."""
         own = [
             (identifier(column.header), name)
@@ -83,8 +82,8 @@ class Fields:
         InputError
             The message has the line of the letter.
         """
-        for name, apart in self.repeated.items():
-            if name in letter.names and name not in self.of:
+        for name, apart in self.repeated_names.items():
+            if name in letter.names and name not in self.headers_by_name:
                 raise letter.wrong(
                     name,
                     f"{table} has {len(apart)} columns called {name!r}, and the letter does not say which: write "
@@ -96,15 +95,15 @@ class Fields:
     @property
     def names(self) -> tuple[str, ...]:
         """What a letter may name."""
-        return (*self.of, *([ADDRESS] if ADDRESS not in self.of else []))
+        return (*self.headers_by_name, *([ADDRESS] if ADDRESS not in self.headers_by_name else []))
 
-    def used(self, names: Sequence[str]) -> frozenset[str]:
+    def used_headers(self, names: Sequence[str]) -> frozenset[str]:
         """The headers that some names of a letter, or headers, mean."""
-        return frozenset(self.of.get(name, name) for name in names)
+        return frozenset(self.headers_by_name.get(name, name) for name in names)
 
     def values(self, row: TableRow) -> dict[str, str]:
         """Name → cell."""
-        found = {name: row.cells.get(header, "") for name, header in self.of.items()}
+        found = {name: row.cells.get(header, "") for name, header in self.headers_by_name.items()}
         found.setdefault(ADDRESS, "\n".join(row.lines))
         return found
 
@@ -119,7 +118,7 @@ class Fields:
         return any(column.role == setting for column in self.columns)
 
 
-def counted(table: Addresses) -> Addresses:
+def count_copies(table: Addresses) -> Addresses:
     """The table with the number of copies that its rows ask for; what is no number is the row's problem.
 
     A row that asks for none is left out, which the notes say.
@@ -134,25 +133,18 @@ def counted(table: Addresses) -> Addresses:
         if text.strip() == "0":
             none.append(row.number)
             continue
-        try:
-            rows.append(replace(row, copies=_copies(text, column)))
-        except InputError as error:
-            rows.append(replace(row, problem=row.problem or str(error)))
+        number = int(text) if text.isascii() and text.isdecimal() and len(text) < 6 else 1 if not text else 0
+        if 1 <= number <= MOST_COPIES:
+            rows.append(replace(row, copies=number))
+        else:
+            said = f"the cell under {column.name} says {text[:20]!r}"
+            problem = f"{said}, which is no number of copies from 0 to {MOST_COPIES}"
+            rows.append(replace(row, problem=row.problem or problem))
     left = (f"{column.name} is 0 in {len(none)} of the rows, of which nothing is made",) if none else ()
     return replace(table, rows=tuple(rows), notes=(*table.notes, *left))
 
 
-def _copies(text: str, column: Column) -> int:
-    """How many copies a cell asks for; an empty one for one."""
-    number = int(text) if text.isascii() and text.isdecimal() and len(text) < 6 else 1 if not text else 0
-    if not 1 <= number <= MOST_COPIES:
-        raise InputError(
-            f"the cell under {column.name} says {text[:20]!r}, which is no number of copies from 0 to {MOST_COPIES}"
-        )
-    return number
-
-
-def told_repeats(table: Addresses, used: Collection[str], *, once: bool) -> Addresses:
+def tell_repeats(table: Addresses, used: Collection[str], *, once: bool) -> Addresses:
     """The table with a note on rows that are the same, of which with `once` only the first are kept.
 
     Rows are the same if their addresses are, how they are made, and the cells that a letter uses (`used`, headers);

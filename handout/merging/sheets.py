@@ -15,7 +15,7 @@ _PAUSE = 0.5  # s between one drawing and the next on the clock of the sheet
 _MOST_CARDS = 20  # of a row or a column; set by eye, against a slip of the keyboard
 
 
-def overlaid(drawings: Sequence[Drawing], page: Page, corners: Sequence[tuple[float, float]] = ()) -> Drawing:
+def overlay_drawings(drawings: Sequence[Drawing], page: Page, corners: Sequence[tuple[float, float]] = ()) -> Drawing:
     """The drawings on one page, drawn one after the other.
 
     Parameters
@@ -30,23 +30,23 @@ def overlaid(drawings: Sequence[Drawing], page: Page, corners: Sequence[tuple[fl
             word = stroke.word + len(words) if stroke.word >= 0 else -1
             strokes.append(replace(stroke, t=stroke.t + later, xy=stroke.xy + corner, word=word))
         lines += [first + len(words) for first in drawing.about.get("lines", [])]
-        words += _words(drawing)
+        words += _list_words(drawing)
         clock = float(strokes[-1].t[-1]) + _PAUSE if strokes else 0.0
     inked = [(drawing, corner) for drawing, corner in zip(drawings, corners, strict=True) if drawing.ink is not None]
     boxes = [np.add(drawing.inked, (*corner, *corner)) for drawing, corner in inked if drawing.inked is not None]
     bounds = (*np.min(boxes, axis=0)[:2], *np.max(boxes, axis=0)[2:]) if boxes else None
     about = {**drawings[0].about, **({"words": words, "lines": lines} if any(words) else {})}
-    return Drawing(tuple(strokes), page, about, _pasted(inked) if inked else None, bounds)
+    return Drawing(tuple(strokes), page, about, _paste_inks(inked) if inked else None, bounds)
 
 
-def _words(drawing: Drawing) -> list[str]:
+def _list_words(drawing: Drawing) -> list[str]:
     """Of a drawing, as far as its strokes' numbers go; "" for those that it does not tell."""
     told = list(drawing.about.get("words", []))
     count = max([len(told), *(stroke.word + 1 for stroke in drawing.strokes)])
     return [*told, *[""] * (count - len(told))]
 
 
-def _pasted(inked: Sequence[tuple[Drawing, tuple[float, float]]]) -> Callable[[float], Raster]:
+def _paste_inks(inked: Sequence[tuple[Drawing, tuple[float, float]]]) -> Callable[[float], Raster]:
     """The ink of several drawings that do not touch, as one picture."""
 
     def ink(dpi: float) -> Raster:
@@ -92,12 +92,12 @@ class Grid:
         """Where the upper left corner of a card, by its number from 0, lies on the sheet, mm."""
         return number % self.across * (card.width + self.gap), number // self.across * (card.height + self.gap)
 
-    def laid(self, cards: Sequence[Drawing]) -> Drawing:
+    def lay_cards(self, cards: Sequence[Drawing]) -> Drawing:
         """The cards, at most `cards` of one size, on their sheet: row by row from the upper left."""
         card = cards[0].page
         if self.cards == 1:
             return cards[0]
-        return overlaid(cards, self.sheet(card), [self.corner(number, card) for number in range(len(cards))])
+        return overlay_drawings(cards, self.sheet(card), [self.corner(number, card) for number in range(len(cards))])
 
 
 def grid(text: str, gap: str | float = 0.0) -> Grid:

@@ -130,20 +130,25 @@ class LetterTemplate:
         by_header = {name: value or _Empty(name) for name, value in row.items()}
         pieces, size = [], 0
         try:
-            own = {"row": by_header, _LANGUAGE: language, _COUNTED: self._counted}
+            own = {"row": by_header, _LANGUAGE: language, _COUNTED: self._count_turns}
             for piece in self._template.generate(cells | own):
                 pieces.append(piece)
                 size += len(piece)
                 if size > _MOST_TEXT:
                     raise _Refused(f"the letter grows beyond {_MOST_TEXT} characters")
         except (TemplateError, ArithmeticError, TypeError, ValueError, RecursionError, _Refused) as error:
-            raise InputError(f"{self.title}, {self._where(error)}: {_plain_words(error)}.") from error
+            line, trace = 1, error.__traceback__  # the line of the letter at which it failed
+            while trace is not None:
+                if trace.tb_frame.f_code.co_filename in ("<template>", "<unknown>"):
+                    line = trace.tb_lineno
+                trace = trace.tb_next
+            raise InputError(f"{self.title}, {self._line(line)}: {_plain_words(error)}.") from error
         return "".join(pieces)
 
     def _environment(self) -> SandboxedEnvironment:
         environment = _Environment(
             undefined=StrictUndefined,
-            finalize=self._written,
+            finalize=self._write_gap,
             autoescape=False,
             optimized=False,
             trim_blocks=True,
@@ -157,16 +162,16 @@ class LetterTemplate:
         environment.globals = {}
         return environment
 
-    def _written(self, value: object) -> str:
+    def _write_gap(self, value: object) -> str:
         """What a gap becomes on paper."""
         if isinstance(value, _Empty):
             value.refuse()
         if isinstance(value, bool) or not isinstance(value, (str, int, float)):
             raise _Refused(f"a gap would be filled with {_kind(value)}, which cannot be written")
         text = f"{value:g}" if isinstance(value, float) else str(value)
-        return escaped(text) if self._markdown else text
+        return escape_markdown(text) if self._markdown else text
 
-    def _counted(self, items: object) -> Iterator[object]:
+    def _count_turns(self, items: object) -> Iterator[object]:
         """The items of a loop, counted, for all loops of a row may turn only so often."""
         if isinstance(items, _Empty):
             items.refuse()
@@ -181,7 +186,10 @@ class LetterTemplate:
     def _check(self, tree: nodes.Node) -> None:
         """Refuse what a letter may not have, and note the names that it uses."""
         own = {str(name.name) for name in tree.find_all(nodes.Name) if name.ctx != "load"}
-        for node in _walked(tree):
+        waiting = [tree]
+        while waiting:  # without recursion: a letter may be nested as deeply as it likes
+            node = waiting.pop()
+            waiting += reversed(list(node.iter_child_nodes()))
             problem = _problem(node)
             if problem:
                 raise TemplateSyntaxError(problem, node.lineno)
@@ -194,15 +202,6 @@ class LetterTemplate:
 
     def _line(self, number: int) -> str:
         return f"line {self._before + number}"
-
-    def _where(self, error: BaseException) -> str:
-        """The line of the letter at which a filling failed."""
-        line, trace = 1, error.__traceback__
-        while trace is not None:
-            if trace.tb_frame.f_code.co_filename in ("<template>", "<unknown>"):
-                line = trace.tb_lineno
-            trace = trace.tb_next
-        return self._line(line)
 
 
 class _Refused(Exception):
@@ -247,8 +246,10 @@ class _Environment(SandboxedEnvironment):
                 f"{_kind(left)} {operator} {_kind(right)} cannot be worked out; |int makes a number of a text"
             )
         result = _SUMS[operator](left, right)
+        if texts and len(result) > _MOST_CELL:
+            raise _Refused(f"a text grows beyond {_MOST_CELL} characters")
         if texts:
-            return _bounded(result)
+            return result
         if abs(result) > _MOST_NUMBER:
             raise _Refused("a number grows too large")
         return result
@@ -261,15 +262,6 @@ class _Counted(NodeTransformer):
         self.generic_visit(node)
         node.iter = nodes.Call(nodes.Name(_COUNTED, "load"), [node.iter], [], None, None, lineno=node.lineno)
         return node
-
-
-def _walked(tree: nodes.Node) -> Iterator[nodes.Node]:
-    """All nodes, without recursion: a letter may be nested as deeply as it likes."""
-    waiting = [tree]
-    while waiting:
-        node = waiting.pop()
-        yield node
-        waiting += reversed(list(node.iter_child_nodes()))
 
 
 def _problem(node: nodes.Node) -> str:
@@ -292,15 +284,9 @@ def _problem(node: nodes.Node) -> str:
     return ""
 
 
-def escaped(text: str) -> str:
+def escape_markdown(text: str) -> str:
     """A text as it stands in Markdown that is to show it as it was typed."""
     return "\\\n".join(line.strip().translate(_MARKS) for line in text.split("\n"))
-
-
-def _bounded(text: str) -> str:
-    if len(text) > _MOST_CELL:
-        raise _Refused(f"a text grows beyond {_MOST_CELL} characters")
-    return text
 
 
 def _kind(value: object) -> str:
@@ -324,14 +310,14 @@ def _default(value: object, instead: object = "", _falsy: bool = False) -> objec
     return instead if isinstance(value, Undefined) else value
 
 
-def _replaced(value: object, old: str, new: str) -> str:
+def _replace_text(value: object, old: str, new: str) -> str:
     text = _text(value)
     if len(text) + text.count(str(old)) * len(str(new)) > _MOST_CELL:
         raise _Refused(f"a text grows beyond {_MOST_CELL} characters")
     return text.replace(str(old), str(new))
 
 
-def titled(value: object) -> str:
+def title_name(value: object) -> str:
     """A name that was typed in one case, with capitals: "ANNA O'BRIEN-SMITH" → "Anna O'Brien-Smith".
 
     A name that has both cases is left alone: "van der Berg" and "McDonald" are right as they are.
@@ -357,10 +343,10 @@ def _date(value: object, form: str = "long", language: str = "en") -> str:
         raise _Refused(f"the language {language!r} is no code such as de or en-GB") from error
     if len(form) > _MOST_FORMAT:
         raise _Refused(f"the form of a date has more than {_MOST_FORMAT} characters")
-    return babel.dates.format_date(_parsed(text, language), form, locale)
+    return babel.dates.format_date(_parse_date(text, language), form, locale)
 
 
-def _parsed(text: str, language: str) -> date:
+def _parse_date(text: str, language: str) -> date:
     match = _ISO.match(text) or _DOTTED.match(text)
     parts = {name: int(number) for name, number in match.groupdict().items()} if match else {}
     if not match and (match := _SLASHED.match(text)):
@@ -388,10 +374,10 @@ def _in_context(filter: Callable[..., str]) -> Callable[..., str]:
     from jinja2 import pass_context
 
     @pass_context
-    def applied(context: Any, value: object, form: str = "long", language: str = "") -> str:
+    def apply_filter(context: Any, value: object, form: str = "long", language: str = "") -> str:
         return filter(value, form, language or str(context.get(_LANGUAGE, "en")))
 
-    return applied
+    return apply_filter
 
 
 _FILTERS: dict[str, Callable[..., object]] = {
@@ -399,8 +385,8 @@ _FILTERS: dict[str, Callable[..., object]] = {
     "default": _default,
     "int": _number,
     "lower": lambda value: _text(value).lower(),
-    "replace": _replaced,
-    "title": titled,
+    "replace": _replace_text,
+    "title": title_name,
     "trim": lambda value: _text(value).strip(),
     "upper": lambda value: _text(value).upper(),
 }

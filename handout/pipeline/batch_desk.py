@@ -97,19 +97,19 @@ class _Batch:
         given = frozenset[str]()
         return replace(self.plan.merge, letter=letter, approved=approved, alone=True, given=given)
 
-    def read(self, listener: Listener = SILENT) -> merging.MailMerge:
+    def read_table(self, listener: Listener = SILENT) -> merging.MailMerge:
         """Its table and letter."""
-        return merging.read(self.table, self.plan.table, self.merge, listener)
+        return merging.read_merge(self.table, self.plan.table, self.merge, listener)
 
     @property
-    def run(self) -> JournalRun | None:
+    def journal_run(self) -> JournalRun | None:
         """What its journal says."""
         return journal.last_run(self.table)
 
     @property
     def state(self) -> str:
         """Where it is: new, proofed, approved, broken off or done."""
-        if (run := self.run) is not None:
+        if (run := self.journal_run) is not None:
             return "done" if run.ended == "done" else "broken off"
         if (self.folder / _PDF).is_file():
             return "done"
@@ -165,7 +165,7 @@ def keep_batch(
         options: dict[str, Any] = {"given": [], "approved": None, "letter": None}
         kept = asdict(plan) | {"merge": asdict(plan.merge) | options, "begun": begun}
         atomic.write(work / _PLAN, json.dumps(kept, ensure_ascii=False).encode())
-        _batch(work).read(listener)
+        _batch(work).read_table(listener)
         name = free_name(work, base).name
     except OSError as error:
         raise InputError(f"Cannot keep the batch in {base}: {error.strerror or error}.") from error
@@ -208,7 +208,7 @@ def batches(*, listener: Listener = SILENT) -> Facts:
 def show_batch(name: str) -> Facts:
     """A batch with its rows: what each is called, what is wrong with it, what became of it, what its proof says."""
     batch = _find(name)
-    merged, run, plan = batch.read(), batch.run, batch.plan
+    merged, run, plan = batch.read_table(), batch.journal_run, batch.plan
     proofed = _facts(batch.folder / _FACTS)
     looked = {entry["row"]: entry["why"] for entry in proofed.get("look_at", ())}
     failed = {entry["row"]: [entry["reason"]] for entry in proofed.get("failed", ())}
@@ -271,7 +271,7 @@ def prove_batch(name: str, *, listener: Listener = SILENT) -> Facts:
         (batch.folder / gone).unlink(missing_ok=True)
     device, printer = (plan.device or "grbl-servo", "") if plan.to == "plotter" else ("", plan.printer)
     own: dict[str, Any] = {"page": plan.page, "printer": printer, "device": device, "margin": plan.merge.margin}
-    options = ProofOptions(**_of(plan.table), **own, pages=plan.merge.pages)
+    options = ProofOptions(**_table_fields(plan.table), **own, pages=plan.merge.pages)
     merge = replace(batch.merge, approved=None)
     result = proof(batch.table, [path], options, plan.writing, plan.picture, merge, listener=listener)
     pictures = []
@@ -319,7 +319,7 @@ def _make(batch: _Batch, name: str, ports: Sequence[str], at_zero: bool, listene
     plan, merge = batch.plan, batch.merge
     if merge.approved is None:
         raise InputError(f"The proof of the batch {name} was not approved: approve it first.")
-    run = batch.run
+    run = batch.journal_run
     if run is not None and run.ended == "done":
         raise InputError(f"All of the batch {name} was made: keep it anew to make it once more.")
     # who keeps a batch anew and approves it wants all of it, whatever became of another with the same rows
@@ -328,7 +328,7 @@ def _make(batch: _Batch, name: str, ports: Sequence[str], at_zero: bool, listene
     shared = len(_queues(plan) if plan.to == "printer" else ports) > 1
     try:
         with AtPage(listener, shared) as page:
-            made = _made(batch, table, (ports, at_zero), page)
+            made = _print_or_plot(batch, table, (ports, at_zero), page)
     except KeyboardInterrupt:
         return {**show_batch(name), "complete": False}
     return {**show_batch(name), "complete": True, "made": {**made.facts(), "files": []}}
@@ -348,7 +348,9 @@ def _rows(batch: _Batch) -> str:
     return ",".join(f"{first}-{last}" for first, last in good)
 
 
-def _made(batch: _Batch, table: TableOptions, where: tuple[Sequence[str], bool], page: AtPage) -> BatchDelivery:
+def _print_or_plot(
+    batch: _Batch, table: TableOptions, where: tuple[Sequence[str], bool], page: AtPage
+) -> BatchDelivery:
     """What becomes of a batch at some ports, or at its printers."""
     (ports, at_zero), plan, merge = where, batch.plan, batch.merge
     if plan.to != "plotter":
@@ -356,7 +358,7 @@ def _made(batch: _Batch, table: TableOptions, where: tuple[Sequence[str], bool],
         if plan.to == "printer" and printers.resolve(plan.printer).simulated:
             out = batch.folder / "printed"
         own: dict[str, Any] = {"printer": plan.printer or "pdf", "queue": _queues(plan), "page": plan.page}
-        printing = PrintOptions(**_of(table), **own, dry_run=out)
+        printing = PrintOptions(**_table_fields(table), **own, dry_run=out)
         return print_(batch.table, printing, plan.writing, plan.picture, merge, attendant=page)
     for port in ports:
         known_port(port)
@@ -376,7 +378,7 @@ def _queues(plan: BatchPlan) -> tuple[str, ...]:
     return tuple(dict.fromkeys([*([profile.queue] if profile.queue else []), *plan.queues]))
 
 
-def _of(table: TableOptions) -> dict[str, Any]:
+def _table_fields(table: TableOptions) -> dict[str, Any]:
     """Its fields, for the options that are more than it."""
     return {field.name: getattr(table, field.name) for field in fields(TableOptions)}
 

@@ -152,7 +152,7 @@ class _Guide:
                 if not verified.helps and self.attendant.agrees("Store it all the same?"):
                     stored = wizard.store()
                 elif not verified.helps:
-                    wizard.back()
+                    wizard.go_back()
             else:
                 stored = wizard.store()
         return Calibrated(stored, reference)
@@ -252,7 +252,7 @@ def read_scans(
     atomic.check_writable(output)
     writer, bare = ink_samples.writer_of(hand)
     reading = read_chart(scans, paper=bare)
-    reference = pen_reference.compared(reading.scribble, hand, writer)
+    reference = pen_reference.compare_scribble(reading.scribble, hand, writer)
     reading = print_diagnosis.diagnose(reading, reference, accept=accept)
     if report_file is not None:
         report.write_report(report_file, reading)
@@ -309,7 +309,7 @@ def verify(printer: str, paper: str, scans: Sequence[Path], *, report_file: Path
     InputError
         No calibration or no strip of it, a scan that cannot be read, or that is of another page.
     """
-    calibration = store.wanted(printer, paper)
+    calibration = store.find_wanted(printer, paper)
     verified = verification.verify(calibration, scans)
     if report_file is not None:
         verification.write_report(calibration, report_file)
@@ -340,7 +340,7 @@ def print_strip(
         No calibration, an ink of which the printer reaches next to nothing; a file that cannot be written, a queue
         that refuses the page.
     """
-    calibration, profile = store.wanted(printer, paper), printers.resolve(printer)
+    calibration, profile = store.find_wanted(printer, paper), printers.resolve(printer)
     if profile.file and output is None:
         raise InputError(f"{printer} writes a file: name it with -o strip.pdf.")
     printed = strip.pages_of(strip.prepare(calibration, hand, sheet), calibration, profile)
@@ -363,8 +363,8 @@ class Stored(Result):
         for calibration in self.calibrations:
             misses = "" if calibration.misses is None else f", misses its patches by ΔE00 {calibration.misses:.2f}"
             origin = f"scanner {calibration.scanner or 'not named'}; {calibration.folder}"
-            yield f"{calibration.described()}: {calibration.method}{misses}, {origin}"
-            facts = calibration.kept(store.VERIFICATION)
+            yield f"{calibration.describe()}: {calibration.method}{misses}, {origin}"
+            facts = calibration.load_kept(store.VERIFICATION)
             for line in ["not verified"] if facts is None else verification.table_lines(facts):
                 yield f"  {line}"
 
@@ -378,8 +378,8 @@ def stored_calibrations(printer: str = "", paper: str = "") -> Stored:
         There is none of that printer and paper; the message lists what there is.
     """
     if printer:
-        store.wanted(printer, paper)
-    return Stored(tuple(store.every(printer, paper)))
+        store.find_wanted(printer, paper)
+    return Stored(tuple(store.list_stored(printer, paper)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -401,7 +401,7 @@ def export(printer: str, paper: str, kind: str, output: Path) -> ExportedCalibra
     InputError
         No calibration, or a file that cannot be written.
     """
-    calibration = store.wanted(printer, paper)
+    calibration = store.find_wanted(printer, paper)
     atomic.check_writable(output)
     title = f"{calibration.name} {calibration.date:%Y-%m-%d}"
     table = calibration.table()

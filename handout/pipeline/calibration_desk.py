@@ -55,7 +55,7 @@ def calibrations() -> Facts:
     return {
         "printers": named,
         "simulated": {"papers": list(PAPERS), "faults": {**FAULTS, **dict.fromkeys(SETTINGS, "")}},
-        "stored": [_stored(calibration) for calibration in store.every()],
+        "stored": [_calibration_facts(calibration) for calibration in store.list_stored()],
     }
 
 
@@ -66,9 +66,9 @@ def check_printer(name: str) -> None:
     printers.resolve(name)
 
 
-def _stored(calibration: Calibration) -> Facts:
+def _calibration_facts(calibration: Calibration) -> Facts:
     facts = {name: value for name, value in calibration.facts().items() if name not in ("folder", "verification")}
-    verified = calibration.kept(store.VERIFICATION)
+    verified = calibration.load_kept(store.VERIFICATION)
     return {
         **facts, "verified": None if verified is None else _figures(verified), "shades": _shades(calibration),
         "report": calibration.report is not None,
@@ -140,17 +140,15 @@ def print_page(place: CalibrationPlace, *, listener: Listener = SILENT) -> Facts
 
 
 def _print_page(wizard: Wizard, place: CalibrationPlace, to_printer: bool) -> Facts:
-    output, simulated = (
-        place.folder / f"{'strip' if wizard.step is Step.STRIP else 'chart'}.pdf",
-        wizard.task.profile.simulated,
-    )
+    output = place.folder / f"{'strip' if wizard.step is Step.STRIP else 'chart'}.pdf"
+    simulated = wizard.task.profile.simulated
     files = wizard.print_page(None if to_printer or simulated else output)
     if simulated:
         shutil.copy2(files[0], output)
     return {**_state(wizard), "files": [str(output)] if output.is_file() else []}
 
 
-def again(place: CalibrationPlace, *, listener: Listener = SILENT) -> Facts:
+def print_page_again(place: CalibrationPlace, *, listener: Listener = SILENT) -> Facts:
     """The PDF of what is to be scanned now, once more."""
     wizard = _wizard(place)
     wizard.check("Nothing is to be scanned", Step.SCAN, Step.VERIFY)
@@ -191,12 +189,12 @@ def _chart_scans(wizard: Wizard, scans: Sequence[Path], folder: Path) -> Facts:
     pictures, files = _pictures(reading, scans, folder)
     pen = None if reading.scribble is None else _pen(reading.scribble, reference, folder)
     return {
-        **_state(wizard), "accepted": accepted, "said": said, "findings": [_said(one) for one in reading.findings],
+        **_state(wizard), "accepted": accepted, "said": said, "findings": list(map(_finding_facts, reading.findings)),
         "pictures": pictures, "pen": pen, "files": [str(path) for path in (*files, *folder.glob("pen.png"))],
     }  # fmt: skip
 
 
-def _said(finding: ScanFinding) -> Facts:
+def _finding_facts(finding: ScanFinding) -> Facts:
     """A finding without the folder of its scan."""
     where = Path(finding.where).name
     return {"code": finding.code, "severity": finding.severity, "sentence": finding.sentence, "where": where}
@@ -227,20 +225,18 @@ def _pictures(reading: ChartReading, scans: Sequence[Path], folder: Path) -> tup
         pictures.append(facts)
     if pictures:
         return pictures, files
+    import cv2
+
     for path in scans[:_MOST_PICTURES]:
         with contextlib.suppress(ScanRefused):
             for scan in open_scans(path)[:1]:
-                plain = _reduced(scan.pixels if scan.full == 255 else (scan.pixels >> 8).astype(np.uint8))
+                pixels = scan.pixels if scan.full == 255 else (scan.pixels >> 8).astype(np.uint8)
+                scale = min(1.0, _LONG / max(pixels.shape[:2]))
+                smaller = cv2.resize(pixels, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
+                plain = np.asarray(smaller, dtype=np.uint8)
                 files.append(_jpeg(plain, folder / f"found-{len(files)}.jpg"))
                 pictures.append({"label": "", "width": plain.shape[1], "height": plain.shape[0]})
     return pictures, files
-
-
-def _reduced(pixels: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    import cv2
-
-    scale = min(1.0, _LONG / max(pixels.shape[:2]))
-    return np.asarray(cv2.resize(pixels, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA), dtype=np.uint8)
 
 
 def _jpeg(pixels: NDArray[np.uint8], path: Path) -> Path:
@@ -267,8 +263,9 @@ def _strip_scans(wizard: Wizard, scans: Sequence[Path], folder: Path) -> Facts:
     try:
         verified = wizard.take_strip(scans[0])
     except ScanRefused as error:
-        pictures, files = _pictures(_nothing(error.finding), scans, folder)
-        refused: Facts = {"accepted": False, "findings": [_said(error.finding)], "pictures": pictures}
+        unread = ChartReading(None, np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0), (error.finding,))
+        pictures, files = _pictures(unread, scans, folder)
+        refused: Facts = {"accepted": False, "findings": [_finding_facts(error.finding)], "pictures": pictures}
         return {**_state(wizard), **refused, "files": [str(path) for path in files]}
     said = [sentence.removeprefix(f"{scans[0]}: ") for sentence in verified.findings]
     warned = [{"code": "", "severity": "warn", "sentence": sentence, "where": scans[0].name} for sentence in said]
@@ -276,10 +273,6 @@ def _strip_scans(wizard: Wizard, scans: Sequence[Path], folder: Path) -> Facts:
         **_state(wizard), "accepted": True, "helps": verified.helps, "verified": _figures(verified.facts()),
         "shades": _shades(store.load(wizard.built)), "findings": warned, "pictures": [], "files": [],
     }  # fmt: skip
-
-
-def _nothing(finding: ScanFinding) -> ChartReading:
-    return ChartReading(None, np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0), (finding,))
 
 
 def build_table(place: CalibrationPlace, *, listener: Listener = SILENT) -> Facts:
@@ -306,13 +299,13 @@ def store_calibration(place: CalibrationPlace, *, listener: Listener = SILENT) -
     """
     wizard = _wizard(place)
     stored = wizard.store()
-    return {**_state(wizard), "stored": _stored(stored), "said": f"Stored: {stored.described()}."}
+    return {**_state(wizard), "stored": _calibration_facts(stored), "said": f"Stored: {stored.describe()}."}
 
 
 def scan_again(place: CalibrationPlace, *, listener: Listener = SILENT) -> Facts:
     """Forget the scans of the chart, and what was built of them."""
     wizard = _wizard(place)
-    wizard.back()
+    wizard.go_back()
     return _state(wizard)
 
 
@@ -326,7 +319,9 @@ def give_report(place: CalibrationPlace, *, listener: Listener = SILENT) -> Fact
     """
     output = place.folder / "report.html"
     if place.made:
-        kept = [one.report for one in store.every(place.printer, place.paper) if one.facts()["made"] == place.made]
+        kept = [
+            one.report for one in store.list_stored(place.printer, place.paper) if one.facts()["made"] == place.made
+        ]
         path = next((report for report in kept if report is not None), None)
     else:
         path = _wizard(place).report

@@ -79,7 +79,7 @@ def shared(default: Any, heading: str, help: str, **settings: Any) -> Any:
     return option(default, heading, help, shared=True, **settings)
 
 
-def declared(
+def list_declared(
     kind: Any, changed: Mapping[str, Mapping[str, object]] = MappingProxyType({})
 ) -> Iterator[tuple[Field[Any], Declaration]]:
     """The fields of a dataclass that are options, with their declarations; `changed` : of a field what is otherwise."""
@@ -93,12 +93,12 @@ def inner(kind: Any) -> dict[str, Any]:
     return {each.name: each.default for each in fields(kind) if is_dataclass(each.default)}
 
 
-def built(kind: Any, values: dict[str, object], usual: Any = None) -> Any:
+def build_options(kind: Any, values: dict[str, object], usual: Any = None) -> Any:
     """A dataclass, and those in it, of what was given by its fields' names, which is taken out of the values.
 
     usual : a value whose fields stand where nothing was given.
     """
-    nested = {name: built(type(each), values, each) for name, each in inner(kind).items()}
+    nested = {name: build_options(type(each), values, each) for name, each in inner(kind).items()}
     own = {each.name: values.pop(each.name) for each in fields(kind) if each.name in values}
     return kind(**own, **nested) if usual is None else replace(usual, **own, **nested)
 

@@ -60,7 +60,7 @@ def probe(port: str = "auto", device: str | None = None, listener: Listener = SI
         Nobody answers in a language that is known.
     """
     if device is None and not is_simulated(port):
-        return _identified(*(connections.only_port() if port == "auto" else (port, connections.identify(port))))
+        return _identity_facts(*(connections.only_port() if port == "auto" else (port, connections.identify(port))))
     profile = machine(device or "simulated", port)
     opened = open_port(port, profile)
     try:
@@ -74,7 +74,7 @@ def probe(port: str = "auto", device: str | None = None, listener: Listener = SI
     return {**told, **({"limits": limits} if (limits := connections.limits(machine_profile)) else {})}
 
 
-def _identified(port: str, answer: connections.MachineIdentity | None) -> Told:
+def _identity_facts(port: str, answer: connections.MachineIdentity | None) -> Told:
     """What is told of who is there."""
     if answer is None:
         raise DeviceSilent(

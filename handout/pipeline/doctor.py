@@ -83,7 +83,7 @@ class Examination:
     findings: tuple[CheckFinding, ...]
 
     @property
-    def broken(self) -> bool:
+    def is_broken(self) -> bool:
         """Whether something is missing that every use needs."""
         return any(finding.state == "broken" for finding in self.findings)
 
@@ -118,11 +118,11 @@ def _safely(check: Callable[[], Iterator[CheckFinding]]) -> list[CheckFinding]:
             CheckFinding(name.capitalize(), name, "note", f"not looked at, since a package is lacking: {error}")
         )
     except Exception as error:  # whatever is wrong with this computer
-        found.append(CheckFinding(name.capitalize(), name, "broken", f"cannot be looked at: {_said(error)}"))
+        found.append(CheckFinding(name.capitalize(), name, "broken", f"cannot be looked at: {_describe_error(error)}"))
     return found
 
 
-def _said(error: BaseException) -> str:
+def _describe_error(error: BaseException) -> str:
     return f"{type(error).__name__}: {error}".replace("\n", " ").rstrip(".")
 
 
@@ -149,7 +149,7 @@ def _requirements() -> list[str]:
     return [*project["dependencies"], *(f'{each}; extra == "{extra}"' for extra, some in optional for each in some)]
 
 
-def _required(extra: str | None) -> Iterator[tuple[str, str]]:
+def _list_required(extra: str | None) -> Iterator[tuple[str, str]]:
     """Name and least version of the packages that the program, or an extra of it, requires."""
     for requirement in _requirements():
         of = re.search(r"extra == ['\"]([\w-]+)", requirement)
@@ -176,7 +176,7 @@ def _lack(name: str, least: str, *, loading: bool) -> str:
             warnings.simplefilter("ignore")
             loaded = importlib.import_module(module) if loading else None
     except Exception as error:  # of whatever kind a broken package raises
-        return f"{name} {version} cannot be loaded ({_said(error)})"
+        return f"{name} {version} cannot be loaded ({_describe_error(error)})"
     if loaded is not None and attribute and not hasattr(loaded, attribute):
         return f"{module} comes from another package than {name}, {getattr(loaded, '__file__', 'of no file')}"
     return ""
@@ -184,7 +184,7 @@ def _lack(name: str, least: str, *, loading: bool) -> str:
 
 def packages() -> Iterator[CheckFinding]:
     """The packages that every use needs, loaded one after another."""
-    wanted = list(_required(None))
+    wanted = list(_list_required(None))
     lacking = {name: lack for name, least in wanted if (lack := _lack(name, least, loading=True))}
     if len(lacking) < len(wanted):
         yield CheckFinding("Packages", "needed", "fine", f"{len(wanted) - len(lacking)} that are needed")
@@ -200,7 +200,7 @@ def extras() -> Iterator[CheckFinding]:
     """The packages that some verbs need."""
     names = {extra for each in _requirements() for extra in re.findall(r"extra == ['\"]([\w-]+)", each)} - _DEVELOPING
     for extra in sorted(names):
-        lacking = [lack for name, least in _required(extra) if (lack := _lack(name, least, loading=False))]
+        lacking = [lack for name, least in _list_required(extra) if (lack := _lack(name, least, loading=False))]
         purpose = _EXTRAS.get(extra, "")
         if lacking:
             remedy = f'{_pip()} install "{_DISTRIBUTION}[{extra}]"'
@@ -215,9 +215,19 @@ def _pip() -> str:
 
 def shipped_files() -> Iterator[CheckFinding]:
     """The files of the program against what its installer noted, or in a checkout that they are there."""
-    noted = _noted()
+    files = []
+    with contextlib.suppress(metadata.PackageNotFoundError):
+        files = metadata.files(_DISTRIBUTION) or []
+    # what the installer noted of this program; nothing in a checkout
+    hashes = {Path(str(file.locate())).resolve(): file.hash for file in files if file.hash is not None}
+    noted = {path: known.value for path, known in hashes.items() if path.is_relative_to(_PACKAGE)}
     if not noted:
-        yield _checkout()
+        from handout import shipped
+
+        lost = [name for name in _FOLDERS if not any(shipped.folder(name).glob("*"))]
+        words = f"run from {_PACKAGE.parent}" + (f", where {', '.join(lost)} is empty" if lost else ", whole")
+        state: State = "broken" if lost else "fine"
+        yield CheckFinding("Files", "shipped", state, words, "check it out again" if lost else "")
         return
     wrong = [path.name for path, known in noted.items() if _hash(path) != known]
     again = f'{_pip()} install --force-reinstall --no-deps "{_DISTRIBUTION}"'
@@ -226,24 +236,6 @@ def shipped_files() -> Iterator[CheckFinding]:
         yield CheckFinding("Files", "shipped", "broken", words, again)
     else:
         yield CheckFinding("Files", "shipped", "fine", f"{len(noted)} files in {_PACKAGE}, as they were installed")
-
-
-def _noted() -> dict[Path, str]:
-    """File → hash of what the installer noted of this program; nothing in a checkout."""
-    try:
-        files = metadata.files(_DISTRIBUTION) or []
-    except metadata.PackageNotFoundError:
-        return {}
-    hashes = {Path(str(file.locate())).resolve(): file.hash for file in files if file.hash is not None}
-    return {path: known.value for path, known in hashes.items() if path.is_relative_to(_PACKAGE)}
-
-
-def _checkout() -> CheckFinding:
-    from handout import shipped
-
-    lost = [name for name in _FOLDERS if not any(shipped.folder(name).glob("*"))]
-    words = f"run from {_PACKAGE.parent}" + (f", where {', '.join(lost)} is empty" if lost else ", whole")
-    return CheckFinding("Files", "shipped", "broken" if lost else "fine", words, "check it out again" if lost else "")
 
 
 def _hash(path: Path) -> str:
@@ -281,13 +273,13 @@ def folders() -> Iterator[CheckFinding]:
                 "Folders", name, severity, f"{name}: {place} cannot be written ({reason}): {loss}", way_out
             )
             continue
-        free = shutil.disk_usage(_there(place)).free
+        free = shutil.disk_usage(_find_existing(place)).free
         state: State = "broken" if free < _FULL else "poor" if free < _SCARCE else "fine"
         room = f"{free / 1e9:.1f} GB free" if free >= 1e9 else f"only {free / 1e6:.0f} MB free"
         yield CheckFinding("Folders", name, state, f"{name}: {place}, {room}", "" if state == "fine" else "make room")
 
 
-def _there(place: Path) -> Path:
+def _find_existing(place: Path) -> Path:
     """A folder, or the nearest thing above it that there is."""
     every = (place, *place.parents)
     return next((each for each in every if os.access(each, os.F_OK)), Path(place.anchor or "."))
@@ -296,7 +288,7 @@ def _there(place: Path) -> Path:
 def _unwritable(place: Path) -> str:
     """Why nothing can be written into a folder that is there or could be made; "" where it can."""
     try:
-        with tempfile.TemporaryFile(dir=_there(place)):
+        with tempfile.TemporaryFile(dir=_find_existing(place)):
             return ""
     except OSError as error:
         return error.strerror or str(error)
@@ -315,7 +307,7 @@ def ports() -> Iterator[CheckFinding]:
         if sys.platform == "win32" or os.access(device.name, os.R_OK | os.W_OK):
             yield CheckFinding("Ports", device.name, "fine", about)
         else:
-            words, remedy = _locked(Path(device.name))
+            words, remedy = _explain_locked(Path(device.name))
             yield CheckFinding("Ports", device.name, "poor", f"{about}: {words}", remedy)
     if any(_BRAILLE.search(_text(rules)) for rules in Path("/usr/lib/udev/rules.d").glob("*brltty*")):
         words = "brltty takes plotters with a CH340, CP210x or FT232 chip for Braille displays: their port vanishes"
@@ -325,7 +317,7 @@ def ports() -> Iterator[CheckFinding]:
         yield CheckFinding("Ports", "ModemManager", "note", words, "wait after plugging in, or stop it")
 
 
-def _locked(port: Path) -> tuple[str, str]:
+def _explain_locked(port: Path) -> tuple[str, str]:
     """Why a port may not be opened, and the way out."""
     try:
         import grp
@@ -381,7 +373,9 @@ def network() -> Iterator[CheckFinding]:
         with socket.create_server(("127.0.0.1", 0)):
             pass
     except OSError as error:
-        yield CheckFinding("Network", "studio", "poor", f"the studio cannot listen on this computer: {_said(error)}")
+        yield CheckFinding(
+            "Network", "studio", "poor", f"the studio cannot listen on this computer: {_describe_error(error)}"
+        )
 
 
 def _test_page(path: Path, found: Sequence[CheckFinding]) -> Iterator[CheckFinding]:

@@ -149,10 +149,10 @@ def fit_strokes(
     if report is not None:
         files[report] = plans.fit_report(drawing, fitted)
     atomic.write_all(files.items())
-    return FittedStrokes(files=tuple(files), told=_fitted(fitted, files), page=fitted)
+    return FittedStrokes(files=tuple(files), told=_fit_facts(fitted, files), page=fitted)
 
 
-def _fitted(fitted: PlannedPage, files: Iterable[Path]) -> Told:
+def _fit_facts(fitted: PlannedPage, files: Iterable[Path]) -> Told:
     """What is told of fitted strokes: how well paths and speeds are explained, medians."""
     moved = [fit for fit in fitted.fits if fit.plan.strokes]  # movements that are no dots
     speeds = [fit.speed for fit in moved if fit.speed is not None]  # dB, where times are known

@@ -21,7 +21,7 @@ from handout.pipeline import plotting, programs, texts
 from handout.pipeline.options import FillOptions, PictureOptions, SheetOptions, WritingOptions
 from handout.pipeline.results import SILENT, Attendant, Delivery, Facts, Listener, Result, Tally
 from handout.pipeline.texts import INK, STROKES, WritingTask
-from handout.pipeline.writing import delivered
+from handout.pipeline.writing import deliver
 from handout.printing.rows import TableRow, select
 from handout.printing.table_files import read_sheet
 from handout.scanning.pdf_pages import drawn_page
@@ -49,7 +49,7 @@ class FieldList(Result):
     @property
     def lines(self) -> list[str]:
         """One on each field: its name, what it takes, its page."""
-        return [_described(each) for each in self.form.fields]
+        return [_describe_field(each) for each in self.form.fields]
 
 
 def fields_of(form: str | Path) -> FieldList:
@@ -89,7 +89,7 @@ def fill(
     paths = [Path(name) for name in outputs]
     extra = programs.Programs(filling.device, paths).sinks
     check_outputs(paths, extra)
-    work = _prepared(Path(form), Path(table), filling, writing_options, picture, listener)
+    work = _prepare_work(Path(form), Path(table), filling, writing_options, picture, listener)
     forms, tally, files, entries = work.forms, Tally(), list[Path](), 0
     named = {answers.row: _files(work.form, paths, answers.row if len(forms) > 1 else None) for answers in forms}
     check_outputs([file for each in named.values() for file in each.values()], extra)
@@ -106,7 +106,7 @@ def fill(
                     with opening(file) as stream:
                         stream.write(content)
                     files.append(file)
-    return delivered(tally, work.task, files, work.notes, {"forms": len(forms), "entries": entries})
+    return deliver(tally, work.task, files, work.notes, {"forms": len(forms), "entries": entries})
 
 
 def plot_forms(
@@ -126,7 +126,7 @@ def plot_forms(
         As `fill` and `plotting.plot`.
     """
     profile = plotting.machine(filling.device, port)
-    work = _prepared(Path(form), Path(table), filling, writing_options, PictureOptions(), attendant)
+    work = _prepare_work(Path(form), Path(table), filling, writing_options, PictureOptions(), attendant)
     tally, drawings, blank, entries = Tally(), list[Drawing](), set[int](), 0
     for answers in work.forms:
         written, told, count = work.draw(answers, STROKES)
@@ -140,7 +140,7 @@ def plot_forms(
         notes = (*notes, f"{form}: nothing is written on page {which}: lay in the others alone.")
     attendant.note(*notes)
     plotted = plotting.plot_drawings(drawings, profile, port, Path(form).name, attendant, fast=work.task.fast)
-    return plotted.of(delivered(tally, work.task, (), notes, {"forms": len(work.forms), "entries": entries}))
+    return plotted.tell_as(deliver(tally, work.task, (), notes, {"forms": len(work.forms), "entries": entries}))
 
 
 @dataclass
@@ -225,7 +225,7 @@ class _Work:
             manuscript = page_manuscript(page, here, task.hand, self.filling.mark, jitter, rng)
             about = {"title": self.form.path.name, "row": answers.row, "page_number": number + 1}
             drawings[number] = texts.draw(manuscript, task, rng, about, wanted)
-            tally += Tally.of([manuscript], [drawings[number]])
+            tally += Tally.from_pages([manuscript], [drawings[number]])
             if not self.filling.writing_only:
                 drawings[number] = replace(drawings[number], beneath=partial(self._lay, answers, number))
         return drawings, tally, len(entries)
@@ -240,7 +240,7 @@ class _Work:
         return np.asarray(cv2.resize(ground, (width, height), interpolation=cv2.INTER_LINEAR), dtype=np.uint8)
 
 
-def _prepared(
+def _prepare_work(
     form: Path,
     table: Path,
     filling: FillOptions,
@@ -287,7 +287,7 @@ def _answers(form: PdfForm, table: Path, filling: FillOptions) -> tuple[list[Ans
 
 def _rows(table: Path, wanted: str) -> tuple[list[str], list[tuple[int, list[str]]]]:
     """The header of a table, and the numbers and cells of the rows that are asked for."""
-    records = [(number, record) for number, record in enumerate(read_sheet(table).records, 1) if record.filled]
+    records = [(number, record) for number, record in enumerate(read_sheet(table).records, 1) if record.is_filled]
     if not records:
         raise InputError(f"{table} is empty.")
     (top, first), *others = records
@@ -349,7 +349,7 @@ def _field_facts(each: Field) -> Facts:
     return {**every, **choices, "places": places}
 
 
-def _described(each: Field) -> str:
+def _describe_field(each: Field) -> str:
     """A field in one line."""
     left, top, right, bottom = each.widgets[0].box
     pages = ", ".join(str(page + 1) for page in dict.fromkeys(widget.page for widget in each.widgets))

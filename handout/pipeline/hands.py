@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING
 from handout import atomic
 from handout.errors import InputError
 from handout.hand import file, library, report, svg_font
+from handout.hand.boundaries import mend_boundaries
 from handout.hand.learnt import remember
 from handout.hand.pending import PendingLog
-from handout.pipeline.inputs import decoded, hand_path, read_bytes
+from handout.pipeline.inputs import decode_text, hand_path, read_bytes
 from handout.pipeline.kept_hands import learn, own_place, scan_notes
 from handout.pipeline.letter_desk import keep_letters
 from handout.pipeline.options import ReadingOptions
@@ -24,7 +25,6 @@ from handout.tagging.page_tagging import TaggedPage, hand_of_pages, renumber_gly
 
 if TYPE_CHECKING:
     from handout.hand.scanned import ScannedHand
-    from handout.tagging.recording import RecordedPage
 
 _MOST_TEXT = 200_000  # bytes; no page holds more
 _OPENED, _MADE = 0.04, 0.97  # of the work on a page, when it is opened, and when its letters are found; measured
@@ -32,20 +32,26 @@ _OPENED, _MADE = 0.04, 0.97  # of the work on a page, when it is opened, and whe
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class ReadHand(Delivery):
-    """A hand that was read; pages : how each page was."""
+    """A hand that was read.
+
+    pages : how each page was; moved : strokes and pieces of ink that went to another letter (`mend_boundaries`).
+    """
 
     hand: ScannedHand
     pages: tuple[TaggedPage, ...]
+    moved: int
 
 
-def _delivered(
-    hand: ScannedHand, path: Path | None, pages: tuple[TaggedPage, ...], seed: int, notes: tuple[str, ...]
+def _deliver_hand(
+    hand: ScannedHand, path: Path | None, pages: tuple[TaggedPage, ...], seed: int, notes: tuple[str, ...], moved: int
 ) -> ReadHand:
     """A hand that was read, which is kept in a file, or None."""
     files = () if path is None else (path,)
     found = [_page_facts(page) for page in pages]
-    told = {**report.facts(hand), "files": [*map(str, files)], "seed": seed, "found": found}
-    return ReadHand(seed=seed, files=files, told=told, hand=hand, pages=pages, notes=notes)
+    told = {**report.facts(hand), "files": [*map(str, files)], "seed": seed, "found": found, "moved": moved}
+    if moved:
+        notes = (f"Ink that reads better with the letter beside, or with none, went there: {moved} pieces.", *notes)
+    return ReadHand(seed=seed, files=files, told=told, hand=hand, pages=pages, notes=notes, moved=moved)
 
 
 def read(
@@ -75,10 +81,10 @@ def read(
     """
     path = None if output is None else hand_path(output)
     transcripts = [_transcript(str(text), read_bytes(text), listener) for text in texts]
-    return _read(name, scans, inks, transcripts, path, options, listener)
+    return _read_pages(name, scans, inks, transcripts, path, options, listener)
 
 
-def _read(
+def _read_pages(
     name: str,
     scans: Sequence[str | Path],
     inks: Sequence[str | Path],
@@ -92,24 +98,24 @@ def _read(
         raise InputError("A hand is read from scans or from recorded pens: give --scan or --ink, one of them.")
     listener.progress(0.0, "opening the pages")
     if inks:
-        sources = _recorded([str(ink) for ink in inks], transcripts, listener)
+        sources = _open_recordings([str(ink) for ink in inks], transcripts, listener)
     else:
         sources = gather_sources([str(scan) for scan in scans], transcripts, options.dpi, listener.say)
     tell = within(listener.progress, _OPENED, _MADE)
     pages = tuple(tagged_pages(sources, options.seed, options.pen, listener.say, tell=tell))
     listener.progress(_MADE, "writing the hand")
-    hand = hand_of_pages(name, pages, options.title or "")
+    hand, moved = mend_boundaries(hand_of_pages(name, pages, options.title or ""))
     if options.ink_only:
         hand = replace(hand, pages=tuple(replace(page, scan=None) for page in hand.pages))
     notes: tuple[str, ...] = ()
     if path is not None:
         with atomic.held(path, listener.say):
             file.save(hand, path)
-            notes = (*scan_notes(hand), *_remembered(hand, path))
-    return _delivered(hand, path, pages, options.seed, notes)
+            notes = (*scan_notes(hand), *_keep_learnt(hand, path))
+    return _deliver_hand(hand, path, pages, options.seed, notes, moved)
 
 
-def _remembered(hand: ScannedHand, path: Path) -> tuple[str, ...]:
+def _keep_learnt(hand: ScannedHand, path: Path) -> tuple[str, ...]:
     """Keep what is worked out of a hand in its file; what is to be said where that cannot be."""
     try:
         remember(hand, learn(path))
@@ -135,7 +141,7 @@ def read_as_own(
         There is a hand of that name; as `read`.
     """
     path = own_place(name)
-    return _read(name, scans, (), _transcripts(texts, listener), path, options, listener)
+    return _read_pages(name, scans, (), _transcripts(texts, listener), path, options, listener)
 
 
 def _transcripts(texts: Sequence[str], listener: Listener) -> list[tuple[str, str]]:
@@ -168,7 +174,7 @@ def read_more(
     known = file.load(path)
     keeping = any(page.scan is not None for page in known.pages)
     options = replace(options, ink_only=options.ink_only or not keeping)
-    more = _read(known.name, scans, (), _transcripts(texts, listener), None, options, listener)
+    more = _read_pages(known.name, scans, (), _transcripts(texts, listener), None, options, listener)
     with atomic.held(path, listener.say):  # as it is now: reading takes minutes
         if PendingLog(path).exists():
             keep_letters(str(path))
@@ -178,23 +184,24 @@ def read_more(
         joined = replace(hand, pages=(*hand.pages, *more.hand.pages), glyphs=(*hand.glyphs, *glyphs))
         file.save(joined, path)
         notes = (f"What was corrected in {hand.name} stays, and can no longer be undone.",) if corrected else ()
-        notes = (*notes, *scan_notes(more.hand), *_remembered(joined, path))
-    return _delivered(joined, path, more.pages, options.seed, notes)
+        notes = (*notes, *scan_notes(more.hand), *_keep_learnt(joined, path))
+    return _deliver_hand(joined, path, more.pages, options.seed, notes, more.moved)
 
 
 def _transcript(name: str, data: bytes, listener: Listener) -> tuple[str, str]:
     """The text of a page, and what it is called."""
     if len(data) > _MOST_TEXT:
         raise InputError(f"{name}: {len(data)} bytes are more than a page holds; give the text of one page.")
-    text = decoded(data, name, listener)
+    text = decode_text(data, name, listener)
     if not text.strip():
         raise InputError(f"{name} is empty: give what is written on the page, line by line.")
     return name, text
 
 
-def _recorded(inks: Sequence[str], texts: Sequence[tuple[str, str]], listener: Listener) -> list[PageSource]:
+def _open_recordings(inks: Sequence[str], texts: Sequence[tuple[str, str]], listener: Listener) -> list[PageSource]:
     """The pages of recorded pens."""
-    from handout.tagging.recorded_pages import page_source, recorded_pages
+    from handout.tagging.recorded_pages import font_specimen, page_source, recorded_pages
+    from handout.tagging.recording import RecordedPage
 
     if texts and len(texts) != len(inks):
         raise InputError(
@@ -202,18 +209,13 @@ def _recorded(inks: Sequence[str], texts: Sequence[tuple[str, str]], listener: L
             "recordings have labels."
         )
     transcripts = [text for _, text in texts] or [""] * len(inks)
-    opened = [recording for ink, text in zip(inks, transcripts, strict=True) for recording in _recordings(ink, text)]
+    opened: list[RecordedPage] = []
+    for ink, text in zip(inks, transcripts, strict=True):
+        if svg_font.holds_font(Path(ink)):  # a recording of each of its letters
+            opened += font_specimen(ink, svg_font.read_svg_font(Path(ink)))
+        else:
+            opened.append(RecordedPage(ink, read_drawing(ink), text))
     return [page_source(recording) for recording in recorded_pages(opened, listener.say)]
-
-
-def _recordings(ink: str, text: str) -> list[RecordedPage]:
-    """The recordings in a file; a font is one of each of its letters."""
-    from handout.tagging.recorded_pages import font_specimen
-    from handout.tagging.recording import RecordedPage
-
-    if svg_font.holds_font(Path(ink)):
-        return font_specimen(ink, svg_font.read_svg_font(Path(ink)))
-    return [RecordedPage(ink, read_drawing(ink), text)]
 
 
 def _page_facts(page: TaggedPage) -> dict[str, Fact]:

@@ -70,7 +70,11 @@ def written_source(
     words: Sequence[str], file: str | None, listener: Listener = SILENT, given: frozenset[str] | None = None
 ) -> Source:
     """The text or the letter that some words, or --file, mean; errors and the rest are those of `text_of`."""
-    name = _letter_name(words, file)
+    name = _single_name(words, file, LETTERS)
+    if name is not None and file is None and not Path(name).is_file():
+        if " " not in name:
+            raise InputError(f"There is no file {name}; to write these very words, give them through --file -.")
+        name = None
     if name is None:
         return Source(text_of(words, file, listener))
     from handout.letters import load
@@ -111,20 +115,10 @@ def check_pictures(folder: Path) -> None:
             )
 
 
-def _named(words: Sequence[str], file: str | None, suffixes: Sequence[str]) -> str | None:
+def _single_name(words: Sequence[str], file: str | None, suffixes: Sequence[str]) -> str | None:
     """What a single word, or --file, says, if it ends as names of such files do."""
     name = words[0] if len(words) == 1 and file is None else file if not words else None
     return name if name and len(name) <= _LONGEST_NAME and Path(name).suffix.lower() in suffixes else None
-
-
-def _letter_name(words: Sequence[str], file: str | None) -> str | None:
-    """The name of the letter file that is meant, if one is."""
-    name = _named(words, file, LETTERS)
-    if name is not None and file is None and not Path(name).is_file():
-        if " " in name:
-            return None
-        raise InputError(f"There is no file {name}; to write these very words, give them through --file -.")
-    return name
 
 
 def text_of(words: Sequence[str], file: str | None, listener: Listener = SILENT) -> str:
@@ -143,7 +137,7 @@ def text_of(words: Sequence[str], file: str | None, listener: Listener = SILENT)
     if file is None and len(words) == 1 and is_file(words[0]):
         file = words[0]
     if file is None and list(words) != ["-"]:
-        if (name := _named(words, file, (*_DRAWINGS, ".txt"))) is not None and " " not in name:
+        if (name := _single_name(words, file, (*_DRAWINGS, ".txt"))) is not None and " " not in name:
             raise InputError(f"There is no file {name}; to write these very words, give them through --file -.")
         return " ".join(words)
     name = "standard input" if file in (None, "-") else str(file)
@@ -151,10 +145,10 @@ def text_of(words: Sequence[str], file: str | None, listener: Listener = SILENT)
         data = sys.stdin.buffer.read(_MOST_TEXT + 1) if file in (None, "-") else Path(str(file)).read_bytes()
     except OSError as error:
         raise InputError(f"Cannot read {name}: {error.strerror or error}.") from error
-    return decoded(data, name, listener)
+    return decode_text(data, name, listener)
 
 
-def decoded(data: bytes, name: str, listener: Listener = SILENT) -> str:
+def decode_text(data: bytes, name: str, listener: Listener = SILENT) -> str:
     """The text in some bytes, whatever its encoding (see `handout.encodings`), without empty lines at its end.
 
     The listener hears of a guess at the encoding.
@@ -216,7 +210,7 @@ def is_file(word: str) -> bool:
 
 def _drawing(words: Sequence[str], file: str | None, listener: Listener, *, texts: bool) -> Drawing | None:
     """The drawing that a single word (or --file) names, by a suffix of drawings; None where it is a text."""
-    name = _named(words, file, _DRAWINGS)
+    name = _single_name(words, file, _DRAWINGS)
     if name is None or (file is None and not Path(name).is_file()):
         return None
     from handout.sources import read_drawing

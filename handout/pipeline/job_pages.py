@@ -19,7 +19,7 @@ from typing import Any
 
 from handout.errors import HandoutError, InputError
 from handout.hand.library import path
-from handout.pipeline.declarations import declared
+from handout.pipeline.declarations import list_declared
 from handout.pipeline.options import SheetOptions, WritingOptions
 from handout.pipeline.results import Tally
 from handout.pipeline.texts import STROKES, TextDocument, WritingTask, draw, prepare, program, title
@@ -34,7 +34,7 @@ from handout.values import Drawing, Manuscript
 from handout.writing.layout import Ruling
 
 # the fields of WritingOptions that a job keeps under their own names; the seed is always known
-_WRITING = tuple(each.name for each, declaration in declared(WritingOptions) if declaration.of_strokes)
+_WRITING = tuple(each.name for each, declaration in list_declared(WritingOptions) if declaration.of_strokes)
 
 
 def inputs(
@@ -74,7 +74,7 @@ def _digest(hand: Path, pose: str | None = None, style: str | None = None, prime
     return hashlib.sha256(b"".join(file.read_bytes() for file in files)).hexdigest()
 
 
-def made(document: Document, profile: Plotter, fit: bool, shares: Sequence[float] = ()) -> Iterator[NewPage]:
+def make_pages(document: Document, profile: Plotter, fit: bool, shares: Sequence[float] = ()) -> Iterator[NewPage]:
     """The pages of a document behind those that are kept; of a text each is made when it is asked for.
 
     Parameters
@@ -87,14 +87,14 @@ def made(document: Document, profile: Plotter, fit: bool, shares: Sequence[float
     InputError, MissingCharacters, DoesNotFit
         The text cannot be written; or not with the pages that are kept.
     """
-    for number, (manuscript, drawing, share) in enumerate(_each(document, shares), 1):
-        tally = Tally.of([manuscript], [drawing])
+    for number, (manuscript, drawing, share) in enumerate(_draw_each_page(document, shares), 1):
+        tally = Tally.from_pages([manuscript], [drawing])
         if len(shares) + number > 1:
             tally = dataclasses.replace(tally, borrowed=[])  # which is told of once for all pages
         yield NewPage(fit_to_bed(drawing, profile) if fit else drawing, share, dataclasses.asdict(tally))
 
 
-def _each(document: Document, shares: Sequence[float]) -> Iterator[tuple[Manuscript, Drawing, float]]:
+def _draw_each_page(document: Document, shares: Sequence[float]) -> Iterator[tuple[Manuscript, Drawing, float]]:
     """Each page behind those that are kept, with the share of the document that it ends with."""
     if not isinstance(document, TextDocument):
         pages = document.draw(STROKES)
@@ -102,7 +102,7 @@ def _each(document: Document, shares: Sequence[float]) -> Iterator[tuple[Manuscr
             yield manuscript, drawing, number / len(pages.drawings)
         return
     about = {"title": title(document.text)}
-    task, sheets = document.set()
+    task, sheets = document.set_pages()
     for number, sheet in enumerate(sheets, 1):
         at = max((placed.at for line in sheet.manuscript.lines for placed in line.placed), default=0)
         share = 1.0 if sheet.last else min(at / max(len(document.text), 1), 0.999)  # of the text, as far as this page
@@ -143,16 +143,16 @@ def complete(folder: Path) -> Iterator[int]:
     assert job.inputs is not None
     shares = [record.share for record in pages.records(folder)]
     if job.share < 1.0:
-        task = _again(job.inputs, job.pages)
+        task = _reopen_task(job.inputs, job.pages)
         document = TextDocument(job.inputs["text"], task)
-        rest = made(document, job.profile, job.inputs["options"]["fit"], shares)
+        rest = make_pages(document, job.profile, job.inputs["options"]["fit"], shares)
         for number, page in enumerate(rest, len(shares)):
             store.add(job, number, page)
             yield number + 1
     store.complete(job)
 
 
-def _again(inputs: Mapping[str, Any], pages: int) -> WritingTask:
+def _reopen_task(inputs: Mapping[str, Any], pages: int) -> WritingTask:
     """The task of a job whose pages behind the first few are lacking."""
     options = inputs["options"]
     lacking = f"The pages behind page {pages} were not made yet"
@@ -176,11 +176,9 @@ def _again(inputs: Mapping[str, Any], pages: int) -> WritingTask:
     named |= {name: options.get(name) for name in _WRITING} | {"rewritten": options.get("rewritten", ())}
     writing = WritingOptions(hand=options["hand"], seed=options["seed"], **named)
     task = prepare(writing, SheetOptions(options["page_name"], options["margin"], options["pages"]))
-    return _on_rules(task, options["lined"]) if "lined" in options else task
-
-
-def _on_rules(task: WritingTask, lined: Mapping[str, Any]) -> WritingTask:
-    """A task with the sheet that the first pages were written on."""
+    if "lined" not in options:
+        return task
+    lined = options["lined"]  # the sheet that the first pages were written on
     top, right, bottom, left = lined["margin"]
     rules = lined["rules"]
     ruling = None if rules is None else Ruling(tuple((height, slope) for height, slope in rules))

@@ -428,7 +428,7 @@ def _show_drawn(
     look = replace(task.look, pen=replace(task.look.pen, width=_ENLARGED * task.look.pen.width))
     files = write_drawings([drawing], outputs, look)
     listed = _listed(hand)
-    tally = Tally.of([sheet], [drawing])
+    tally = Tally.from_pages([sheet], [drawing])
     told = {**tally.facts(task.seed, hand.name, files), **listed.facts(), "files": [*map(str, files)]}
     return Delivery(tally=tally, seed=task.seed, files=tuple(files), told=told)
 

@@ -84,7 +84,7 @@ class _Desk:
     shown: dict[tuple[int, int], tuple[tuple[object, ...], Facts]] = field(default_factory=dict)
 
     @property
-    def made(self) -> int:
+    def entries_made(self) -> int:
         return self.journal.made + len(self.steps)
 
     @property
@@ -132,7 +132,7 @@ def _desk(name: str, aligned: bool = True) -> _Desk:
     _DESKS.pop(path, None)
     while len(_DESKS) >= _MOST_DESKS:
         _DESKS.pop(next(iter(_DESKS)))
-    with _held(path):
+    with _hold_file(path):
         on_disk = _state_of(path)
         hand, journal = file.load(path), file.journal(path)
         desk = _Desk(path, on_disk, journal, _State(hand, vet(hand).probability))
@@ -146,7 +146,7 @@ def _desk(name: str, aligned: bool = True) -> _Desk:
     return desk
 
 
-def _held(path: Path) -> contextlib.AbstractContextManager[None]:
+def _hold_file(path: Path) -> contextlib.AbstractContextManager[None]:
     """The file of a hand and its log, held against other programs."""
     return atomic.held(path, patience=_PATIENCE)
 
@@ -157,13 +157,13 @@ def _forget_log(desk: _Desk) -> None:
 
 
 @contextlib.contextmanager
-def _changed(name: str, revision: str) -> Iterator[_Desk]:
+def _hold_desk(name: str, revision: str) -> Iterator[_Desk]:
     """The desk of a hand that is to be changed, held until it is."""
     path = library.scanned_file(name)
     if library.comes_with_program(path):
         raise InputError(f"{path.stem} comes with the program: make a copy of your own first.")
     atomic.check_writable(path)
-    with _held(path):
+    with _hold_file(path):
         desk = _desk(name)
         if revision != desk.revision:
             raise StaleHand("The hand was changed in another window meanwhile; it is shown as it is now.")
@@ -172,10 +172,10 @@ def _changed(name: str, revision: str) -> Iterator[_Desk]:
 
 def open_letters(name: str) -> Facts:
     """What is on the pages of a hand, and what was corrected of it."""
-    return _opened(_desk(name))
+    return _desk_facts(_desk(name))
 
 
-def _opened(desk: _Desk) -> Facts:
+def _desk_facts(desk: _Desk) -> Facts:
     hand, journal = desk.state.hand, desk.journal
     page_of = np.array([glyph.page for glyph in hand.glyphs], dtype=np.intp)
     letters = np.bincount(page_of, minlength=len(hand.pages)).tolist()
@@ -198,8 +198,8 @@ def _opened(desk: _Desk) -> Facts:
         "revision": desk.revision,
         "title": hand.title,
         "pages": pages,
-        "made": desk.made,
-        "entries": desk.made + len(desk.undone) + len(journal.entries) - journal.made,
+        "made": desk.entries_made,
+        "entries": desk.entries_made + len(desk.undone) + len(journal.entries) - journal.made,
         "waiting": len(desk.steps),
         "confirmed": sum(glyph.confirmed for glyph in hand.glyphs),
         "tile": TILE,
@@ -345,14 +345,14 @@ def correct_letters(name: str, revision: str, corrections: bytes, later: bool = 
     InputError
         The hand comes with the program; a correction that cannot be made, or kept: nothing is, then.
     """
-    with _changed(name, revision) as desk:
+    with _hold_desk(name, revision) as desk:
         new = read_corrections(corrections, "the corrections")
-        notes = _made_and_kept(desk, new, new, later=later)
+        notes = _make_and_keep(desk, new, new, later=later)
         desk.undone.clear()
     return {
-        **_opened(desk),
-        **_told(desk, {one.page for one in new}),
-        **({} if later else _rewritten(desk)),
+        **_desk_facts(desk),
+        **_tell_pages(desk, {one.page for one in new}),
+        **({} if later else _tell_rewritten(desk)),
         "notes": list(notes),
         "behind": desk.behind is not None,
     }
@@ -370,10 +370,10 @@ def align_letters(name: str, revision: str) -> Facts:
     else:
         desk.shown.clear()  # somebody else was told
     _align(desk)
-    return {**_opened(desk), **_told(desk, pages), **_rewritten(desk)}
+    return {**_desk_facts(desk), **_tell_pages(desk, pages), **_tell_rewritten(desk)}
 
 
-def _made_and_kept(
+def _make_and_keep(
     desk: _Desk, new: tuple[AnyCorrection, ...], step: Sequence[AnyCorrection] = (), back: int = 0, later: bool = False
 ) -> tuple[str, ...]:
     """Make corrections, and keep the step in the log; nothing is made where it cannot be kept."""
@@ -398,10 +398,9 @@ def _make(desk: _Desk, new: tuple[AnyCorrection, ...]) -> tuple[str, ...]:
     before = desk.state
     made = apply_and_tell(before.hand, new)
     desk.steps.append((JournalEntry(new, changes(before.hand, made.hand, made.removed)), before))
-    desk.journal = CorrectionJournal(
-        desk.journal.entries[: desk.journal.made], desk.journal.made
-    )  # what was undone is over
-    desk.turn(_State(made.hand, _carried(before, made.hand, {})))
+    # what was undone is over
+    desk.journal = CorrectionJournal(desk.journal.entries[: desk.journal.made], desk.journal.made)
+    desk.turn(_State(made.hand, _carry_probabilities(before, made.hand, {})))
     desk.behind = {one.page for one in new}, made.removed
     return made.notes
 
@@ -422,10 +421,10 @@ def _align(desk: _Desk) -> None:
             hand = renewed.hand
             judged |= {(page, at): sure for at, sure in renewed.probability.items()}
     desk.steps[-1] = JournalEntry(entry.corrections, changes(before.hand, hand, removed)), before
-    desk.state = _State(hand, _carried(before, hand, judged))
+    desk.state = _State(hand, _carry_probabilities(before, hand, judged))
 
 
-def _told(desk: _Desk, pages: set[int]) -> Facts:
+def _tell_pages(desk: _Desk, pages: set[int]) -> Facts:
     """What a window that shows some pages has to show otherwise: the letters that changed, and all ids in order."""
     told: dict[str, Facts] = {}
     for page in sorted(pages):
@@ -440,18 +439,18 @@ def _told(desk: _Desk, pages: set[int]) -> Facts:
 def rewind_letters(name: str, revision: str, back: int) -> Facts:
     """Undo so many entries of the journal, or, negative, make them again; else as `correct_letters`."""
     pages: set[int] = set()
-    with _changed(name, revision) as desk:
+    with _hold_desk(name, revision) as desk:
         left = len(desk.journal.entries) - desk.journal.made
-        if back > desk.made or -back > len(desk.undone) + left:
+        if back > desk.entries_made or -back > len(desk.undone) + left:
             raise InputError(f"There is nothing to be {'undone' if back > 0 else 'made again'}.")
         for _ in range(abs(back)):
             pages |= _undo(desk) if back > 0 else _redo(desk)
-    return {**_opened(desk), **_told(desk, pages or set(range(len(desk.state.hand.pages))))}
+    return {**_desk_facts(desk), **_tell_pages(desk, pages or set(range(len(desk.state.hand.pages))))}
 
 
 def _undo(desk: _Desk) -> set[int]:
     if not desk.steps:
-        return _rewound(desk, desk.journal.made - 1)
+        return _rewind_file(desk, desk.journal.made - 1)
     desk.log.add(desk.journal.made, back=1)
     desk.on_disk = _state_of(desk.path)
     entry, before = desk.steps.pop()
@@ -462,19 +461,19 @@ def _undo(desk: _Desk) -> set[int]:
 
 def _redo(desk: _Desk) -> set[int]:
     if desk.journal.made < len(desk.journal.entries) and not desk.steps:
-        return _rewound(desk, desk.journal.made + 1)
+        return _rewind_file(desk, desk.journal.made + 1)
     again = desk.undone[-1]
-    _made_and_kept(desk, again, back=-1)
+    _make_and_keep(desk, again, back=-1)
     desk.undone.pop()
     return {one.page for one in again}
 
 
-def _rewound(desk: _Desk, made: int) -> set[int]:
+def _rewind_file(desk: _Desk, made: int) -> set[int]:
     """Take the file back, or forward, to so many entries of its journal; no page in particular."""
     desk.log.forget()
     desk.journal = file.rewind(desk.path, desk.path, made)
     hand = file.load(desk.path)
-    desk.turn(_State(hand, _carried(desk.state, hand, {})))
+    desk.turn(_State(hand, _carry_probabilities(desk.state, hand, {})))
     desk.on_disk = _state_of(desk.path)
     return set()
 
@@ -487,18 +486,18 @@ def keep_letters(name: str) -> Facts:
     InputError
         It cannot be written; the log keeps the corrections.
     """
-    with _held(library.scanned_file(name)):
+    with _hold_file(library.scanned_file(name)):
         desk = _desk(name)
         if desk.steps:
             try:
-                _recorded(desk, desk.path)
+                _write_hand(desk, desk.path)
             except InputError as error:
                 raise InputError(f"{error} The corrections are safe in {desk.log.path.name} beside it.") from error
         _forget_log(desk)
-    return {"made": desk.made}
+    return {"made": desk.entries_made}
 
 
-def _recorded(desk: _Desk, source: Path) -> None:
+def _write_hand(desk: _Desk, source: Path) -> None:
     """Write the .hand file, with the steps of a desk after what `source` holds; whole or not at all."""
     if desk.steps:
         entries, states = zip(*desk.steps, strict=True)
@@ -513,10 +512,10 @@ def _recorded(desk: _Desk, source: Path) -> None:
 
 def begin_learning(name: str, revision: str, copy: str) -> Facts:
     """Put a copy of a hand into a file, for `learn_apart`; how many of its corrections that holds."""
-    with _changed(name, revision) as desk:
+    with _hold_desk(name, revision) as desk:
         keep_letters(name)
         atomic.write(Path(copy), desk.path.read_bytes())
-        return {"made": desk.made}
+        return {"made": desk.entries_made}
 
 
 def learn_apart(copy: str, listener: Listener = SILENT) -> Facts:
@@ -549,12 +548,12 @@ def take_learnt(name: str, copy: str, made: int) -> Facts:
     InputError
         The file cannot be written: the hand stays as it is.
     """
-    with _held(library.scanned_file(name)):
+    with _hold_file(library.scanned_file(name)):
         keep_letters(name)
-        return _taken(_desk(name), copy, made)
+        return _take_copy(_desk(name), copy, made)
 
 
-def _taken(desk: _Desk, copy: str, made: int) -> Facts:
+def _take_copy(desk: _Desk, copy: str, made: int) -> Facts:
     learnt = file.journal(Path(copy))
     kept = desk.journal.entries[: desk.journal.made]
     if kept[:made] != learnt.entries[:made]:
@@ -570,12 +569,13 @@ def _taken(desk: _Desk, copy: str, made: int) -> Facts:
         except InputError as error:
             notes.append(f"Once more after learning: {error}")
     try:
-        _recorded(renewed, Path(copy))  # once, and with all of them: a break leaves the hand as it was, or as it is now
+        # once, and with all of them: a break leaves the hand as it was, or as it is now
+        _write_hand(renewed, Path(copy))
     except InputError as error:
         raise InputError(f"{error} What was learned is left out; the corrections are in the hand.") from error
     renewed.turn(_State(file.load(desk.path), renewed.state.probability))  # pictures are read from it: the copy goes
     _DESKS[desk.path] = renewed
-    return {**_opened(renewed), **_told(renewed, set(range(len(hand.pages)))), "notes": notes}
+    return {**_desk_facts(renewed), **_tell_pages(renewed, set(range(len(hand.pages)))), "notes": notes}
 
 
 def letter_strokes(name: str, page: int, spot: tuple[float, float]) -> Facts:
@@ -616,7 +616,7 @@ def _strokes(hand: ScannedHand, number: int, ways: Sequence[tuple[Indices, bool]
     ]
 
 
-def _rewritten(desk: _Desk) -> Facts:
+def _tell_rewritten(desk: _Desk) -> Facts:
     """By page the strokes of letters that are written otherwise since the last step told how one of their name is."""
     from handout.motion.recovery.letter_forms import HANDS
     from handout.motion.recovery.stroke_order import stroke_order_model
@@ -632,7 +632,7 @@ def _rewritten(desk: _Desk) -> Facts:
     return {"rewritten": found}
 
 
-def _carried(before: _State, hand: ScannedHand, judged: dict[tuple[int, int], float]) -> Array:
+def _carry_probabilities(before: _State, hand: ScannedHand, judged: dict[tuple[int, int], float]) -> Array:
     """How sure the glyphs of a changed hand are: as judged now, or before where they are as before."""
     known = {
         _key(before.hand, glyph): p for glyph, p in zip(before.hand.glyphs, before.probability.tolist(), strict=True)

@@ -101,17 +101,17 @@ class LetterDocument:
             The message has the line of the letter.
         """
         tell(0.0, "setting the letter")
-        hands, pages = _set(self, row)
+        hands, pages = _set_pages(self, row)
         about = {"title": texts.title(self.letter.text), "pages": len(pages)} | ({} if row is None else {"row": row})
         drawings = []
         for number, page in enumerate(pages, 1):
             tell(_SET + (1 - _SET) * (number - 1) / len(pages), f"writing {number}/{len(pages)}")
-            drawings.append(_drawn(page, self, hands, {**about, "page_number": number}, wanted))
+            drawings.append(_draw_page(page, self, hands, {**about, "page_number": number}, wanted))
         return Pages([page.whole for page in pages], drawings, partial(_word_places, self, pages))
 
     def check(self, row: int | None = None) -> None:
         """Set the pages and draw none; raises as `draw` does."""
-        _set(self, row)
+        _set_pages(self, row)
 
 
 def prepare_letter(
@@ -134,16 +134,16 @@ def prepare_letter(
     """
     own_margins = not _is_given("margin", sheet, given)
     writing, sheet, picture = (
-        _headed(letter, writing, given),
-        _headed(letter, sheet, given),
-        _headed(letter, picture, given),
+        _apply_head(letter, writing, given),
+        _apply_head(letter, sheet, given),
+        _apply_head(letter, picture, given),
     )
     tasks = {"": prepare(writing, sheet, picture)}
     writing = replace(writing, seed=tasks[""].seed)
     for name in letter.hands:
         if name:
             try:
-                tasks[name] = prepare(replace(writing, hand=_beside(letter, name)), sheet, picture, lined=False)
+                tasks[name] = prepare(replace(writing, hand=_path_beside(letter, name)), sheet, picture, lined=False)
             except InputError as error:
                 spans = (span for paragraph in letter.paragraphs for span in paragraph.spans)
                 line = next(span.line for span in spans if span.manner.hand == name)
@@ -168,17 +168,17 @@ def _is_given(name: str, options: Any, given: Collection[str] | None) -> bool:
     return bool(getattr(options, name) != usual)
 
 
-def _headed(letter: LetterFile, options: Options, given: Collection[str] | None) -> Options:
+def _apply_head(letter: LetterFile, options: Options, given: Collection[str] | None) -> Options:
     """Options, with what the head says of those that the caller did not ask for."""
     said: dict[str, Any] = {}
     for name in {each.name for each in fields(options)} & {*LetterHead.__struct_fields__}:
         value = getattr(letter.head, name)
         if value is not None and not _is_given(name, options, given):
-            said[name] = _beside(letter, value) if name in _FILES else value
+            said[name] = _path_beside(letter, value) if name in _FILES else value
     return replace(options, **said)
 
 
-def _beside(letter: LetterFile, name: str) -> str:
+def _path_beside(letter: LetterFile, name: str) -> str:
     """A name, or the path of a file of that name beside the letter."""
     path = letter.folder / name
     return str(path) if Path(name).suffix and path.is_file() else name
@@ -196,17 +196,17 @@ def _word_places(task: LetterDocument, pages: Sequence[LetterPage]) -> tuple[Fac
     return tuple(found[at] for at in sorted(found))
 
 
-def _set(task: LetterDocument, row: int | None) -> tuple[Mapping[str, Hand | ScannedHand], list[LetterPage]]:
+def _set_pages(task: LetterDocument, row: int | None) -> tuple[Mapping[str, Hand | ScannedHand], list[LetterPage]]:
     """The pages of a letter, with what `Manuscript.about` says of them, and its hands with all letters they need."""
     letter, main = task.letter, task.task
     runs = runs_of(letter, _page_numbers(letter))
     key = [main.seed] if row is None else [main.seed, row]
-    supplied = {name: _supplied(name, runs, task) for name in task.tasks}
+    supplied = {name: _supply_letters(name, runs, task) for name in task.tasks}
     hands = {name: hand for name, (hand, _) in supplied.items()}
     readers = {name: _rereader(hand, task.tasks[name]) for name, hand in hands.items()}
     writers, first = {}, _first_places(runs, hands)
     for number, (name, hand) in enumerate(hands.items()):
-        with _located(name, runs):
+        with _locate_errors(name, runs):
             layout, own = main.layout, task.tasks[name].layout.x_height
             rewrites = Rewrites(tuple((at - first[name], times) for at, times in layout.rewritten))
             options = WriterOptions(own, layout.x_height, layout.jitter, main.fallback, main.slips, rewrites)
@@ -217,7 +217,7 @@ def _set(task: LetterDocument, row: int | None) -> tuple[Mapping[str, Hand | Sca
     doubts = [doubt for name, reader in readers.items() for doubt in _doubts(name, reader, pages)]
     texts.refuse_doubts([doubt for doubt, _ in doubts], main)
     lacked = {name: lacking for name, (_, lacking) in supplied.items()}
-    return hands, _told(pages, task, row, doubts, lacked)
+    return hands, _tell_words(pages, task, row, doubts, lacked)
 
 
 def _page_numbers(letter: LetterFile) -> int:
@@ -233,17 +233,17 @@ def _first_places(runs: Runs, hands: Iterable[str]) -> dict[str, int]:
     return dict(zip(hands, accumulate([0, *lengths]), strict=False))
 
 
-def _supplied(name: str, runs: Runs, task: LetterDocument) -> tuple[Hand | ScannedHand, Sequence[Borrowed]]:
+def _supply_letters(name: str, runs: Runs, task: LetterDocument) -> tuple[Hand | ScannedHand, Sequence[Borrowed]]:
     """A hand with the letters of its runs, and what was supplied; see `complete_hand`."""
     hand, main = task.tasks[name].hand, task.task
     if not runs.of_hand(name):
         return hand, []
-    with _located(name, runs):
+    with _locate_errors(name, runs):
         return complete_hand(hand, runs.text(name), fallback=main.fallback, seed=main.seed)
 
 
 @contextmanager
-def _located(name: str, runs: Runs) -> Iterator[None]:
+def _locate_errors(name: str, runs: Runs) -> Iterator[None]:
     """Characters that a hand lacks are told with the lines of the letter."""
     try:
         yield
@@ -278,13 +278,13 @@ def _doubts(name: str, reader: Rereader | None, pages: Sequence[LetterPage]) -> 
         yield doubt, lines[at][1]
 
 
-def _placed(name: str, pages: Sequence[LetterPage]) -> Iterator[Placed]:
+def _list_placed(name: str, pages: Sequence[LetterPage]) -> Iterator[Placed]:
     """What a hand has written."""
     lines = [line for page in pages for v, layer in page.layers.items() if v.hand == name for line in layer.lines]
     return (placed for line in lines for placed in line.placed if placed.glyph.letter)
 
 
-def _told(
+def _tell_words(
     pages: Sequence[LetterPage],
     task: LetterDocument,
     row: int | None,
@@ -296,7 +296,7 @@ def _told(
     lent = [
         ({} if row is None else {"row": row}) | letter_facts(each)
         for name, lacking in lacked.items()
-        for each in texts.written_letters(lacking, _placed(name, pages), task.tasks[name].hand)
+        for each in texts.written_letters(lacking, _list_placed(name, pages), task.tasks[name].hand)
     ]
     borrowed: dict[str, Any] = {"borrowed": lent} if lent else {}
     found = []
@@ -330,7 +330,7 @@ def _sizes(letter: LetterFile) -> dict[str | Path, tuple[float, float]]:
 # Drawing
 
 
-def _drawn(
+def _draw_page(
     page: LetterPage,
     task: LetterDocument,
     hands: Mapping[str, Hand | ScannedHand],
@@ -347,7 +347,7 @@ def _drawn(
         return drawing
     inked = np.array([layer.bounds for layer in layers if layer.bounds is not None])
     bounds = (*inked[:, :2].min(axis=0).tolist(), *inked[:, 2:].max(axis=0).tolist()) if len(inked) else None
-    return replace(drawing, ink=partial(_mixed, layers, task.task), inked=bounds)
+    return replace(drawing, ink=partial(_mix_layers, layers, task.task), inked=bounds)
 
 
 def _layers(
@@ -363,13 +363,13 @@ def _layers(
         drawing = draw(manuscript, own, page.rng.spawn(1)[0], about, wanted)
         # strokes have the ink of the whole letter from the pen that they are drawn with
         ink = voice.ink or (own.look.pen.colour if own.coloured and drawing.ink is not None else "")
-        yield _inked(drawing, ink, own) if ink else drawing
+        yield _change_ink(drawing, ink, own) if ink else drawing
     for place in page.signatures:
         signature = find_signature(str(place.source), task.letter.folder)
         own = replace(task.task, hand=signature, pen_hand=None)
         manuscript = placed_signature(signature, place, page.whole.page)
         drawing = draw(manuscript, own, page.rng.spawn(1)[0], about, wanted)
-        yield _inked(drawing, place.ink, own) if place.ink else drawing
+        yield _change_ink(drawing, place.ink, own) if place.ink else drawing
 
 
 def _beneath(
@@ -383,10 +383,10 @@ def _beneath(
     if not places:
         return None
 
-    def laid(paper: NDArray[np.uint8], dpi: float) -> NDArray[np.uint8]:
+    def lay_pictures(paper: NDArray[np.uint8], dpi: float) -> NDArray[np.uint8]:
         return paste_pictures(paper, dpi, [(_pixels(path), place) for path, place in places])
 
-    return laid
+    return lay_pictures
 
 
 @lru_cache(maxsize=4)
@@ -412,7 +412,7 @@ def _pixels(path: Path) -> NDArray[np.uint8]:
         raise InputError(f"{path} cannot be read as a picture: {error}.") from error
 
 
-def _inked(drawing: Drawing, colour: str, task: WritingTask) -> Drawing:
+def _change_ink(drawing: Drawing, colour: str, task: WritingTask) -> Drawing:
     """What is written in an ink of its own."""
     strokes = tuple(replace(stroke, colour=colour) for stroke in drawing.strokes)
     if drawing.ink is None:
@@ -422,7 +422,7 @@ def _inked(drawing: Drawing, colour: str, task: WritingTask) -> Drawing:
     return replace(drawing, strokes=strokes, ink=lambda dpi: recolour_ink(ink(dpi), was, colour))
 
 
-def _mixed(layers: Sequence[Drawing], task: WritingTask, dpi: float) -> Raster:
+def _mix_layers(layers: Sequence[Drawing], task: WritingTask, dpi: float) -> Raster:
     """The ink of all layers of a page; of those that are strokes as the pen of pictures draws them."""
     from handout.inking import pens
 

@@ -106,22 +106,22 @@ def lined_paper(
     paper = papers.named(picture.paper)
     request = _Request(layout, hand, writing, sheet)
     if paper.name in ("ruled", "squared"):
-        return _printed(request, paper)
-    return LinedPaper(layout) if paper.name in ("plain", "laid") else _scanned(request, paper.name)
+        return _use_drawn_rules(request, paper)
+    return LinedPaper(layout) if paper.name in ("plain", "laid") else _use_found_rules(request, paper.name)
 
 
-def _printed(request: _Request, paper: Paper) -> LinedPaper:
+def _use_drawn_rules(request: _Request, paper: Paper) -> LinedPaper:
     """On rules or squares that are drawn under the writing, or that the sheet in a plotter has."""
     layout, squares = request.layout, paper.name == "squared"
     usual = SETTINGS.squares if squares else layout.line_spacing or request.hand.pitch * layout.x_height
     pitch = paper.pitch or usual
     if not SETTINGS.pitches[0] <= pitch <= SETTINGS.pitches[1]:
         return LinedPaper(layout)
-    every, notes = _every(request, pitch, squares=squares)
+    every, notes = _count_skipped(request, pitch, squares=squares)
     if every == 0:
         return LinedPaper(layout, None, notes)
     if paper.pitch or squares:
-        layout = _sized(request, every * pitch, squares=squares)
+        layout = _set_size(request, every * pitch, squares=squares)
     first = paper.first
     if first is None:
         first = layout.margin[0] + ASCENT * layout.x_height + FOOT_ABOVE_RULE
@@ -129,10 +129,14 @@ def _printed(request: _Request, paper: Paper) -> LinedPaper:
             first = pitch * math.ceil(first / pitch - 1e-6)
     count = max(1, math.floor((layout.page.height - first) / (every * pitch)) + 1)
     rules = tuple((first + k * every * pitch, 0.0) for k in range(count))
-    layout = replace(layout, ruling=Ruling(rules))
-    upper = next(iter(_used_rules(layout)), first)
+    ruling, lowest = Ruling(rules), layout.page.height - layout.margin[2] - DESCENT * layout.x_height
+    layout = replace(layout, ruling=ruling)
+    used = ruling.rules_within(_first_room(layout) + FOOT_ABOVE_RULE, lowest + FOOT_ABOVE_RULE, 0.0)
+    upper = next((height for height, _ in used), first)
+    ordinal = {2: "nd", 3: "rd"}.get(every, "th")
+    left_out = "" if every == 1 else f" (every {every}{ordinal} rule of {_mm(pitch)})"
     sentence = (
-        f"Lines {_mm(every * pitch)} apart{_of(every, pitch)}, the upper one {_mm(upper)} below the edge of the sheet; "
+        f"Lines {_mm(every * pitch)} apart{left_out}, the upper one {_mm(upper)} below the edge of the sheet; "
         f"small letters {_mm(layout.x_height)} tall."
     )
     facts = {"line_spacing_mm": every * pitch, "pitch_mm": pitch, "first_mm": round(upper, 2)}
@@ -140,7 +144,7 @@ def _printed(request: _Request, paper: Paper) -> LinedPaper:
     return LinedPaper(layout, drawn, (*notes, sentence), facts)
 
 
-def _scanned(request: _Request, name: str) -> LinedPaper:
+def _use_found_rules(request: _Request, name: str) -> LinedPaper:
     """On the lines that are found in the picture of a sheet, clear of what is printed on it."""
     from handout.scanning.given_sheet import read_sheet
     from handout.scanning.printed_areas import find_print
@@ -149,13 +153,13 @@ def _scanned(request: _Request, name: str) -> LinedPaper:
     sheet, page = read_sheet(name), request.layout.page
     lines = find_printed_lines(sheet.rgb, page.width, page.height)
     printed = find_print(sheet.rgb, page.width, page.height, lines)
-    notes = _taken(sheet, page.width / page.height)
+    notes = _sheet_notes(sheet, page.width / page.height)
     if lines is None:
         sentence = f"{sheet.name}: no rules were found on it; lines lie as on plain paper."
         layout, print_notes, clear = _clear(request, request.layout, printed, sheet.name)
         return LinedPaper(layout, None, (*notes, sentence, *print_notes), {"rules": 0, **clear})
     squares = lines.columns is not None and lines.fine == lines.pitch
-    every, more = _every(request, lines.pitch, squares=squares)
+    every, more = _count_skipped(request, lines.pitch, squares=squares)
     notes += more
     facts: dict[str, Fact] = {
         "rules": len(lines.rules),
@@ -170,7 +174,7 @@ def _scanned(request: _Request, name: str) -> LinedPaper:
     if every == 0:
         layout, print_notes, clear = _clear(request, request.layout, printed, sheet.name)
         return LinedPaper(layout, None, (*notes, f"{sentence}.", *print_notes), {**facts, **clear})
-    layout = _sized(request, every * lines.pitch, squares=squares)
+    layout = _set_size(request, every * lines.pitch, squares=squares)
     layout, crossed = _inside(layout, lines, request.sheet)
     layout, print_notes, clear = _clear(request, layout, printed, sheet.name, lines)
     rules = tuple((rule.at, rule.slope) for rule in lines.rules)
@@ -214,7 +218,7 @@ def _clear(
     return replace(layout, margin=margin), (sentence,), {"text_mm": [round(side, 1) for side in area]}
 
 
-def _every(request: _Request, pitch: float, *, squares: bool) -> tuple[int, tuple[str, ...]]:
+def _count_skipped(request: _Request, pitch: float, *, squares: bool) -> tuple[int, tuple[str, ...]]:
     """Every how many of some rules there is a line of writing; 0 where the line distance asked for fits none."""
     layout, asked = request.layout, request.layout.line_spacing
     if asked is not None:
@@ -232,7 +236,7 @@ def _every(request: _Request, pitch: float, *, squares: bool) -> tuple[int, tupl
     return max(1, math.ceil(layout.x_height / (SETTINGS.largest_x_height * pitch))), ()
 
 
-def _sized(request: _Request, spacing: float, *, squares: bool) -> Layout:
+def _set_size(request: _Request, spacing: float, *, squares: bool) -> Layout:
     """The layout with lines that far apart, mm, and letters as tall as people make them there."""
     if request.writing.x_height:
         return replace(request.layout, line_spacing=spacing)
@@ -269,16 +273,6 @@ def _first_room(layout: Layout) -> float:
     return layout.margin[0] + ASCENT * layout.x_height
 
 
-def _used_rules(layout: Layout) -> list[float]:
-    """The heights of the rules that are written on, mm."""
-    assert layout.ruling is not None
-    lower = layout.page.height - layout.margin[2] - DESCENT * layout.x_height
-    return [
-        height
-        for height, _ in layout.ruling.rules_within(_first_room(layout) + FOOT_ABOVE_RULE, lower + FOOT_ABOVE_RULE, 0.0)
-    ]
-
-
 def _flaws(name: str, lines: PrintedSheet) -> list[str]:
     """Notes on rules that are not level, not even or not straight."""
     notes, slope = [], _slope(lines.rules)
@@ -304,7 +298,7 @@ def _slope(rules: Sequence[PrintedLine]) -> float:
     return sorted(rule.slope for rule in rules)[len(rules) // 2]
 
 
-def _taken(sheet: GivenSheet, wanted: float) -> tuple[str, ...]:
+def _sheet_notes(sheet: GivenSheet, wanted: float) -> tuple[str, ...]:
     """Notes on how the sheet was taken from its file; `wanted` is the width of the page by its height."""
     ratio, notes = sheet.rgb.shape[1] / sheet.rgb.shape[0], []
     if sheet.pages > 1:
@@ -317,11 +311,6 @@ def _taken(sheet: GivenSheet, wanted: float) -> tuple[str, ...]:
             f"{1 / wanted:.2f}; give its size with --page."
         )
     return tuple(notes)
-
-
-def _of(every: int, pitch: float) -> str:
-    ordinal = {2: "nd", 3: "rd"}.get(every, "th")
-    return "" if every == 1 else f" (every {every}{ordinal} rule of {_mm(pitch)})"
 
 
 def _mm(length: float) -> str:

@@ -22,11 +22,11 @@ from handout.hand import library
 from handout.inking.device_pixels import Calibrate
 from handout.letters import letter_file as letter_files
 from handout.letters.document import LetterHead
-from handout.merging.fields import Fields, RowManner, counted, doubts, told_repeats
-from handout.merging.sheets import overlaid
+from handout.merging.fields import Fields, RowManner, count_copies, doubts, tell_repeats
+from handout.merging.sheets import overlay_drawings
 from handout.merging.template import LetterTemplate
-from handout.pipeline.declarations import declared
-from handout.pipeline.inputs import LETTERS, decoded, is_file, read_bytes
+from handout.pipeline.declarations import list_declared
+from handout.pipeline.inputs import LETTERS, decode_text, is_file, read_bytes
 from handout.pipeline.letters import LetterDocument, prepare_letter
 from handout.pipeline.options import MergeOptions, PictureOptions, SheetOptions, TableOptions, WritingOptions
 from handout.pipeline.results import Listener, Tally
@@ -38,7 +38,7 @@ from handout.printing.batch import BatchOptions, chosen_rows
 from handout.printing.journal import BACK, ENVELOPE, Batch, Journal
 from handout.printing.prepared import BatchPage
 from handout.printing.queue import Say
-from handout.printing.rows import TableRow, named, select
+from handout.printing.rows import TableRow, name_rows, select
 from handout.reading import second_reader
 from handout.sinks import drawing_file
 from handout.values import Drawing, Manuscript, Page
@@ -84,7 +84,7 @@ class MailMerge:
         return self.options.with_envelopes or not self.with_letters
 
 
-def read(path: Path, table: TableOptions, options: MergeOptions, listener: Listener) -> MailMerge:
+def read_merge(path: Path, table: TableOptions, options: MergeOptions, listener: Listener) -> MailMerge:
     """The table and its letter, checked as far as they can be without writing; the listener hears how they were read.
 
     Raises
@@ -100,21 +100,21 @@ def read(path: Path, table: TableOptions, options: MergeOptions, listener: Liste
         raise InputError("--letter and a column for the text are both given: the letter stands in one of them.")
     if letter is not None:
         names.check(letter, str(path))
-    used = names.used(list(letter.names) if letter else [])
+    used = names.used_headers(list(letter.names) if letter else [])
     alone = letter is None and not with_text
     if alone or options.with_envelopes or options.window or (letter is not None and "address" in letter.names):
         rows = read_addresses(path, table.columns, table.address, table.no_name, used)
     if not alone:
         asked = [replace(row, warnings=(*row.warnings, *doubts(row, sorted(used)))) for row in rows]
         rows = replace(rows, rows=tuple(asked))
-    rows = told_repeats(_abroad(counted(rows), options.home_country), used, once=options.once)
+    rows = tell_repeats(_abroad(count_copies(rows), options.home_country), used, once=options.once)
     listener.say(*(f"{path}: {note}." for note in rows.notes))
     return MailMerge(path, rows, options, letter, head, _sender(options, listener))
 
 
 def _letter(path: Path, listener: Listener) -> tuple[LetterTemplate, str | None]:
     """The letter in a file, and the head of a Markdown file."""
-    text = decoded(read_bytes(path), str(path), listener)
+    text = decode_text(read_bytes(path), str(path), listener)
     if not text.strip():
         raise InputError(f"{path} is empty: there is no letter to write.")
     if path.suffix.lower() not in LETTERS:
@@ -142,7 +142,7 @@ def _sender(options: MergeOptions, listener: Listener) -> tuple[str, ...]:
     given = options.return_address
     text = given.replace("\\n", "\n")
     if not options.alone and is_file(text):
-        text = decoded(Path(text).read_bytes(), text, listener)
+        text = decode_text(Path(text).read_bytes(), text, listener)
     lines = text.strip().split("\n")
     if len(lines) == 1:
         lines = lines[0].split(",")
@@ -203,7 +203,7 @@ def journal_of(pages: RowPages, table: TableOptions, more: Mapping[str, object],
     if table.resume and table.afresh:
         raise InputError("--resume goes on with a batch, --afresh makes all of it again: give one of them.")
     look = {name: getattr(pages.picture, name) for name in _LOOK}
-    facts = {**_named(table), **_named(pages.writing), **look, **more}
+    facts = {**_list_options(table), **_list_options(pages.writing), **look, **more}
     what = _batch(pages.merge, hand, facts)
     kept = journal.resume(what) if table.resume else journal.begin(what, pages.seed, afresh=table.afresh)
     if pages.merge.options.approved is not None and kept.seed != pages.seed:
@@ -217,10 +217,10 @@ def _batch(merge: MailMerge, hand: str, facts: dict[str, object]) -> Batch:
     Of the options for letters only those that were given count, so that a batch of envelopes is the same as before
     there were letters.
     """
-    usual = _named(MergeOptions())
+    usual = _list_options(MergeOptions())
     if second_reader.find():  # with it other glyphs may be chosen
         facts['content of the extra "reader"'] = "there"
-    facts |= {name: value for name, value in _named(merge.options).items() if value != usual[name]}
+    facts |= {name: value for name, value in _list_options(merge.options).items() if value != usual[name]}
     cells = merge.with_letters or any(merge.fields.says(setting) for setting in ("hand", "pen"))
     if cells:
         facts |= {"program": program(), "content of the rows' hands": _digest_of_hands(merge)}
@@ -234,9 +234,9 @@ def _batch(merge: MailMerge, hand: str, facts: dict[str, object]) -> Batch:
     return journal.batch(merge.path, merge.table, library.path(hand), facts, cells)
 
 
-def _named(options: object) -> dict[str, object]:
+def _list_options(options: object) -> dict[str, object]:
     """The options that change something on paper, by name."""
-    names = (each.name for each, declaration in declared(options) if declaration.of_batch)
+    names = (each.name for each, declaration in list_declared(options) if declaration.of_batch)
     values = {name: getattr(options, name) for name in names}
     if rewritten := values.pop("rewritten", ()):
         values["rewritten"] = repr(rewritten)
@@ -320,7 +320,7 @@ class RowPages:
         bare = replace(self.merge, table=replace(self.merge.table, rows=()))
         return {**self.__dict__, "merge": bare, "account": RowAccount(), "_tasks": {}, "_calibrations": {}}
 
-    def settled(self) -> RowAccount:
+    def settle(self) -> RowAccount:
         """What was written since this was last asked for."""
         settled, self.account = self.account, RowAccount()
         return settled
@@ -417,7 +417,7 @@ class RowPages:
             distance = task.layout.baseline_distance(task.hand.pitch)
             # empty lines keep the letter clear of what the window shows
             above = max(int(-(-(window.below - task.layout.margin[0]) // distance)), 0) if window else 0
-            drawings = self._written("\n" * above + text, task, row)
+            drawings = self._write_text("\n" * above + text, task, row)
         else:
             if window is not None:
                 top, right, bottom, left = read.first.margin
@@ -426,10 +426,10 @@ class RowPages:
         first = [drawings[0]]
         if window is not None:
             layout = envelope.box_layout(task.layout.page, window.box, *_extent(row.lines), task.layout.x_height)
-            first += self._written("\n".join(row.lines), replace(task, slips=0.0, paper=None), row, layout, _SENDER)
+            first += self._write_text("\n".join(row.lines), replace(task, slips=0.0, paper=None), row, layout, _SENDER)
         if self.merge.options.tick:
-            first += self._ticked(row, task)
-        drawings[0] = overlaid(first, task.layout.page) if len(first) > 1 else first[0]
+            first += self._write_tick(row, task)
+        drawings[0] = overlay_drawings(first, task.layout.page) if len(first) > 1 else first[0]
         return [self._page(f"letter {n}", drawing, task, manner) for n, drawing in enumerate(drawings, 1)]
 
     def _letter_file(self, text: str, manner: RowManner) -> LetterDocument:
@@ -448,23 +448,23 @@ class RowPages:
         _check_address(row)
         task, page, options = self.task(False, manner), self.envelope_page, self.merge.options
         layout = envelope.address_layout(page, *_extent(row.lines), self.address_x_height)
-        front, back = self._written(envelope.address_text(row), task, row, layout), list[Drawing]()
+        front, back = self._write_text(envelope.address_text(row), task, row, layout), list[Drawing]()
         if sender := self.merge.sender:
             layout = envelope.sender_layout(page, *_extent(sender), options.return_at == "back", self.margins(page))
-            written = self._written("\n".join(sender), task, row, layout, _SENDER)
+            written = self._write_text("\n".join(sender), task, row, layout, _SENDER)
             front, back = (front, written) if options.return_at == "back" else ([*front, *written], [])
         if options.tick:
-            front += self._ticked(row, task)
-        pages = [self._page(ENVELOPE, overlaid(front, page) if len(front) > 1 else front[0], task, manner)]
+            front += self._write_tick(row, task)
+        pages = [self._page(ENVELOPE, overlay_drawings(front, page) if len(front) > 1 else front[0], task, manner)]
         return [*pages, *(self._page(BACK, drawing, task, manner) for drawing in back)]
 
-    def _ticked(self, row: TableRow, task: WritingTask) -> list[Drawing]:
+    def _write_tick(self, row: TableRow, task: WritingTask) -> list[Drawing]:
         number = str(row.number)
         page = task.layout.page
         layout = envelope.tick_layout(page, len(number), self.margins(page))
-        return self._written(number, replace(task, slips=0.0, paper=None), row, layout, _TICK)
+        return self._write_text(number, replace(task, slips=0.0, paper=None), row, layout, _TICK)
 
-    def _written(
+    def _write_text(
         self, text: str, task: WritingTask, row: TableRow, layout: Layout | None = None, other: int = 0
     ) -> list[Drawing]:
         """A text of a row on its pages; `other` than its main text varies otherwise."""
@@ -541,10 +541,10 @@ def _findings(pages: Sequence[Manuscript], layout: Layout) -> Iterator[PageFindi
             yield PageFinding(DOUBTFUL, f"{doubt['word']!r} may be read as {doubt['reads_as'] or 'nothing'!r}")
         for slip in page.about.get("slips", []):
             yield PageFinding(SLIP, f"struck out and written again: {slip.get('word', '')!r}")
-        yield from _broken(page)
+        yield from _find_broken(page)
 
 
-def _broken(page: Manuscript) -> Iterator[PageFinding]:
+def _find_broken(page: Manuscript) -> Iterator[PageFinding]:
     """Words that go on in the next line."""
     for above, below in itertools.pairwise(line for line in page.lines if line.placed):
         last = above.placed[-1]
@@ -558,7 +558,7 @@ def approval(pages: RowPages, table: TableOptions) -> dict[str, object]:
     hand = pages.writing.hand
     if not isinstance(hand, str):
         raise InputError("A hand that is in memory alone cannot be told again: approve pages of a hand with a name.")
-    options = {name: value for name, value in _named(pages.writing).items() if name != "seed"}
+    options = {name: value for name, value in _list_options(pages.writing).items() if name != "seed"}
     sheet = {"page_name": pages.sheet.page_name, "margin": pages.sheet.margin, "pages": pages.sheet.pages}
     read = {"columns": ",".join(table.columns), "address": table.address}
     look = {name: getattr(pages.picture, name) for name in _LOOK}
@@ -592,7 +592,7 @@ def approved_seed(pages: RowPages, table: TableOptions) -> int:
         changes.append(f"--seed was {seed} and is now {pages.writing.seed}")
     asked = {row.number for row in select(pages.merge.table, table.rows)}
     if more := sorted(asked - rows):
-        changes.append(f"{named(more)} {'is' if len(more) == 1 else 'are'} not in it")
+        changes.append(f"{name_rows(more)} {'is' if len(more) == 1 else 'are'} not in it")
     if changes:
         raise InputError(f"The proof {path} does not hold any more, because {' and '.join(changes)}: make a new one.")
     return seed

@@ -63,7 +63,7 @@ KNOWN: dict[str, Callable[[], list[str]]] = {
 }
 
 
-def _named(what: str) -> Callable[[str], object]:
+def _check_name(what: str) -> Callable[[str], object]:
     def check(text: str) -> None:
         choices = KNOWN[what]()
         if not text.endswith(_ENDINGS[what]) and text not in choices:
@@ -103,10 +103,10 @@ def _plotter(text: str) -> object:
 
 
 CHECKS: dict[str, Callable[[str], object]] = {
-    "hand": _named("hand"),
-    "pen": _named("pen"),
-    "style": _named("style"),
-    "pose": _named("pose"),
+    "hand": _check_name("hand"),
+    "pen": _check_name("pen"),
+    "style": _check_name("style"),
+    "pose": _check_name("pose"),
     "device": _plotter,
     "page": page_sizes.page,
     "paper": lambda text: None if text == "none" else _paper(text),

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
 from typing import TYPE_CHECKING
 
 import cv2
@@ -30,8 +29,10 @@ def svg(value: Drawing | Hand) -> str | None:
     """The strokes of a page, None of one that is shown by its scanned ink; of a drawn hand a line, always the same."""
     if isinstance(value, Drawing):
         return None if value.ink is not None else to_inline_svg(value)
+    words = [word for word in _SAMPLE.split() if all(letter in value.letters for letter in word)]
+    text = " ".join(words) or "".join(letter for letter in value.letters if len(letter) == 1)[:_LETTERS]
     writing = WritingOptions(hand=value, seed=1, x_height=_X_HEIGHT, fit=True)
-    return svg(drawings(_sample(value.letters), writing, SheetOptions(_PAPER, "4mm"))[0])
+    return svg(drawings(text, writing, SheetOptions(_PAPER, "4mm"))[0])
 
 
 def png(value: Drawing | Raster | ScannedHand) -> bytes | None:
@@ -43,11 +44,6 @@ def png(value: Drawing | Raster | ScannedHand) -> bytes | None:
     cover = value.rgba[..., 3:]
     paper = value.rgba[..., :3] * cover + (1 - cover)
     return _pixels(np.rint(np.clip(paper, 0, 1) * 255).astype(np.uint8), value.dpi)
-
-
-def _sample(letters: Collection[str]) -> str:
-    words = [word for word in _SAMPLE.split() if all(letter in letters for letter in word)]
-    return " ".join(words) or "".join(letter for letter in letters if len(letter) == 1)[:_LETTERS]
 
 
 def _pixels(rgb: NDArray[np.uint8], dpi: float) -> bytes:

@@ -26,7 +26,7 @@ class Tiles:
     def __init__(self, page: ScannedPage) -> None:
         self._texture, self._paper, self._shape, self._scan = page.texture, page.paper, page.shape, page.scan
         self._smaller: list[Pixels] = []
-        self._tile = lru_cache(maxsize=64)(self._drawn)
+        self._tile = lru_cache(maxsize=64)(self._draw_tile)
 
     def shows(self, page: ScannedPage) -> bool:
         """Whether it is that page's picture."""
@@ -47,7 +47,7 @@ class Tiles:
             raise InputError("That square is off the page.")
         return self._tile(level, column, row)
 
-    def _drawn(self, level: int, column: int, row: int) -> bytes:
+    def _draw_tile(self, level: int, column: int, row: int) -> bytes:
         import cv2
 
         height, width = (-(-side // 2**level) for side in self._shape)
@@ -55,15 +55,19 @@ class Tiles:
         right, low = min(left + TILE, width), min(top + TILE, height)
         picture = self._ground(level, (left, top, right, low))
         if self._scan is not None and level < _SEEN:
-            picture += _FADED * (self._scanned(level, (left, top, right, low)) - picture)
-        ink = self._ink(level)
+            picture += _FADED * (self._cut_scan(level, (left, top, right, low)) - picture)
+        while len(self._smaller) < level:
+            finer = self._smaller[-1] if self._smaller else self._texture.pixels
+            self._smaller.append(_halve(finer, not self._smaller, self._texture.blue_first))
+        # (h, w, 4); made smaller, as `_premultiply` gives it
+        ink = self._smaller[level - 1] if level else self._texture.pixels
         x, y = (at // 2**level for at in self._texture.corner)
         # of the ink's own pixels those within the square
         a, b = max(left, x), min(right, x + ink.shape[1])
         c, d = max(top, y), min(low, y + ink.shape[0])
         if a < b and c < d:
             part = ink[c - y : d - y, a - x : b - x]
-            part = (part if level else _laid(part, self._texture.blue_first)).astype(np.float32)
+            part = (part if level else _premultiply(part, self._texture.blue_first)).astype(np.float32)
             under = picture[c - top : d - top, a - left : b - left]
             picture[c - top : d - top, a - left : b - left] = under * (1 - part[:, :, 3:] / 255) + part[:, :, :3]
         made, data = cv2.imencode(".jpg", np.rint(picture).astype(np.uint8), [cv2.IMWRITE_JPEG_QUALITY, _QUALITY])
@@ -82,7 +86,7 @@ class Tiles:
         across, down = np.meshgrid(x, y)
         return np.asarray(cv2.remap(paper, across, down, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE))
 
-    def _scanned(self, level: int, box: tuple[int, int, int, int]) -> NDArray[np.float32]:
+    def _cut_scan(self, level: int, box: tuple[int, int, int, int]) -> NDArray[np.float32]:
         """(h, w, 3) the scan of a square, blue first."""
         import cv2
 
@@ -92,17 +96,8 @@ class Tiles:
         size = (right - left, low - top)
         return np.asarray(cv2.resize(part, size, interpolation=cv2.INTER_AREA) if level else part, dtype=np.float32)
 
-    def _ink(self, level: int) -> Pixels:
-        """(h, w, 4) the ink; smaller than it is as `_laid` gives it."""
-        if not level:
-            return self._texture.pixels
-        while len(self._smaller) < level:
-            finer = self._smaller[-1] if self._smaller else self._texture.pixels
-            self._smaller.append(_halved(finer, not self._smaller, self._texture.blue_first))
-        return self._smaller[level - 1]
 
-
-def _laid(part: Pixels, blue_first: bool) -> Pixels:
+def _premultiply(part: Pixels, blue_first: bool) -> Pixels:
     """(h, w, 4) some straight pixels with blue first, their colours multiplied by their opacity."""
     import cv2
 
@@ -111,7 +106,7 @@ def _laid(part: Pixels, blue_first: bool) -> Pixels:
     return part if blue_first else np.ascontiguousarray(part[:, :, [2, 1, 0, 3]])
 
 
-def _halved(finer: Pixels, straight: bool, blue_first: bool) -> Pixels:
+def _halve(finer: Pixels, straight: bool, blue_first: bool) -> Pixels:
     """Half as large each way; `straight` pixels are laid first."""
     import cv2
 
@@ -120,7 +115,7 @@ def _halved(finer: Pixels, straight: bool, blue_first: bool) -> Pixels:
     for top in range(0, height, _ROWS):
         part = finer[top : top + _ROWS]
         if straight:
-            part = _laid(part, blue_first)
+            part = _premultiply(part, blue_first)
         if part.shape[0] % 2 or part.shape[1] % 2:
             part = np.pad(part, ((0, part.shape[0] % 2), (0, part.shape[1] % 2), (0, 0)), mode="edge")
         size = (part.shape[1] // 2, part.shape[0] // 2)

@@ -98,18 +98,18 @@ class AtPage(Attendant):
 
     def do(self, request: str, needed: bool = True) -> None:
         """Ask, and wait."""
-        self._asked(f"{request}.")
+        self._ask(f"{request}.")
 
     def try_again(self, error: DeviceError) -> bool:
         """Say what is wrong, and wait."""
-        self._asked(f"{error} Put it right, then go on.")
+        self._ask(f"{error} Put it right, then go on.")
         return True
 
     def paused(self, pressed: Callable[[], bool]) -> None:
         """Until the page or the plotter's button says to go on."""
-        self._asked("The plot pauses, its pen lifted.", pressed)
+        self._ask("The plot pauses, its pen lifted.", pressed)
 
-    def _asked(self, question: str, answered: Callable[[], bool] = lambda: False) -> None:
+    def _ask(self, question: str, answered: Callable[[], bool] = lambda: False) -> None:
         self._wire.live({"question": question})
         while (word := self._word(_LOOK)) != "on" and not answered():
             if word in _STOPS:
@@ -131,7 +131,7 @@ class AtPage(Attendant):
             self._told = now
             self._wire.progress(share, f"plotting, {left / 60:.0f} min left" if left > 90 else "plotting")
 
-    def reached(self, job: PlotJob) -> Callable[[int, DrawnPlace], None]:
+    def tell_place(self, job: PlotJob) -> Callable[[int, DrawnPlace], None]:
         """Tells the page where the pen is."""
 
         def tell(number: int, place: DrawnPlace) -> None:
@@ -265,7 +265,7 @@ def draw_plot(name: str, port: str, at_zero: bool, home_after: bool, *, listener
     """
     known_port(port)
     job, page = find_job(name), AtPage(listener)
-    attendance = AttendanceOptions(at_zero, home_after, reached=page.reached(job))
+    attendance = AttendanceOptions(at_zero, home_after, reached=page.tell_place(job))
     try:
         facts = plotting.resume(name, port, attendance, attendant=page).facts()
     except KeyboardInterrupt:

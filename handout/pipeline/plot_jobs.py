@@ -36,7 +36,7 @@ def state_of(job: PlotJob) -> Told:
         "finished": standing.finished,
         "stopped": standing.stopped,
         "runs": list(standing.runs),
-        "drawn_mm": round(job.ink if standing.finished else _drawn(job, standing), 1),
+        "drawn_mm": round(job.ink if standing.finished else _measure_drawn(job, standing), 1),
         "pen_down_mm": round(job.ink, 1),
         "doubt": doubt(job),
     }
@@ -62,7 +62,7 @@ def forget_job(name: str) -> str:
     """Delete a job, finished or not; InputError if it is being plotted.  What it was called."""
     job = store.find(name)
     store.forget(job)
-    return called(job)
+    return name_job(job)
 
 
 def outlook(job: PlotJob) -> str:
@@ -72,10 +72,11 @@ def outlook(job: PlotJob) -> str:
 
 def _outlook(job: PlotJob) -> str:
     standing = job.standing()
+    name, drawn_m = name_job(job), _measure_drawn(job, standing) / 1000
     if standing.part >= len(job.parts):
-        return f"{called(job)}: goes on with what is written next; {_drawn(job, standing) / 1000:.2f} m are drawn."
+        return f"{name}: goes on with what is written next; {drawn_m:.2f} m are drawn."
     if not standing.begun:
-        return f"{called(job)}: goes on with {_part(job, standing)}."
+        return f"{name}: goes on with {_part(job, standing)}."
     strokes = job.drawing(standing.part).strokes
     words = job.drawing(standing.part).about.get("words") or []
     at = min(standing.place.stroke, len(strokes) - 1)
@@ -84,13 +85,13 @@ def _outlook(job: PlotJob) -> str:
     held = dialect(job.profile.dialect).in_hand
     more = f", or what the plotter draws in {held:g} s," if held else ""
     return (
-        f"{called(job)}: goes on with {_part(job, standing)}, at stroke {at + 1} of {len(strokes)}{word}; "
-        f"{_drawn(job, standing) / 1000:.2f} of {'' if job.whole else 'about '}{job.ink / 1000:.2f} m are drawn, of "
+        f"{name}: goes on with {_part(job, standing)}, at stroke {at + 1} of {len(strokes)}{word}; "
+        f"{drawn_m:.2f} of {'' if job.whole else 'about '}{job.ink / 1000:.2f} m are drawn, of "
         f"which at most {job.options.overlap:g} mm{more} are drawn again."
     )
 
 
-def called(job: PlotJob) -> str:
+def name_job(job: PlotJob) -> str:
     """A job as it is called in a sentence."""
     return f"{job.name} ({job.title})" if job.title else job.name
 
@@ -102,7 +103,7 @@ def _part(job: PlotJob, standing: JobProgress) -> str:
     return f"sheet {part.copy * job.pages + part.page + 1}{sheets}{layer}"
 
 
-def _drawn(job: PlotJob, standing: JobProgress) -> float:
+def _measure_drawn(job: PlotJob, standing: JobProgress) -> float:
     """mm of ink that are certainly on paper."""
     whole = sum(part.ink for part in job.parts[: standing.part])
     if not standing.begun or standing.part >= len(job.parts):

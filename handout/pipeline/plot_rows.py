@@ -36,7 +36,7 @@ from handout.pipeline.plotting import (
     shown_pages,
 )
 from handout.pipeline.printing import BatchDelivery, make_all, rows_told
-from handout.pipeline.results import SILENT, Attendant, Facts
+from handout.pipeline.results import SILENT, Attendant
 from handout.pipeline.texts import STROKES
 from handout.plotting import bed
 from handout.plotting.driving.driver import PlotReport, connect
@@ -47,7 +47,7 @@ from handout.plotting.ports import Port
 from handout.printing.journal import BACK, ENVELOPE, Piece
 from handout.printing.prepared import NOTHING, BatchPage, Destination, PreparedPage
 from handout.printing.queue import Outcome
-from handout.printing.rows import named
+from handout.printing.rows import name_rows
 from handout.printing.sending import Spool
 from handout.printing.several import Several
 from handout.profiles import Plotter
@@ -97,7 +97,7 @@ def plot_rows(
     check_outputs(paths)
     ports = [port] if isinstance(port, str) else list(port or ())
     profile = asked_machine(plotting, ports[0] if ports else None)
-    pages = _pages(merging.read(Path(table), rows, merge, attendant), request)
+    pages = _pages(merging.read_merge(Path(table), rows, merge, attendant), request)
     task, merged, shared = pages.look(), pages.merge, grid(plotting.grid, plotting.gap)
     _check_grid(shared, task.layout.page, profile)
     sheet = request.sheet
@@ -115,10 +115,13 @@ def plot_rows(
     several = attendant.plotting() if isinstance(place, Several) else contextlib.nullcontext()
     with record, place, several:
         report, written = make_all(pages, place, options, (rows, record), drawn=True, listener=attendant)
-    if isinstance(place, PlotFiles):
-        account.planned(place.plans)
     notes = [*task.given_notes, *written.dropped, *([_PENS] if merged.fields.says("pen") else [])]
-    reports, times = _drawn(place)
+    spools = [station.spool for station in place.stations] if isinstance(place, Several) else [place]
+    reports = tuple(part for spool in spools if isinstance(spool, PlotSpool) for part in spool.queue.reports)
+    times = Drawn(reports=reports).executed_facts()
+    if isinstance(place, PlotFiles):
+        account.write_plans(place.plans)
+        times = {"planned_s": round(place.planned_s, 2)}
     told = {**rows_told(report, written.tally, pages, task.hand.name, notes), **times}
     return PlottedRows(
         tally=written.tally,
@@ -140,7 +143,7 @@ def _plotters(
     addresses = [*ports, *plotting.envelopes_to]
     if len(addresses) == 1:
         only = queue(person=AtPlotter(attendant, ports[0]))
-        return PlotSpool(shared, only.profile, only.opened())
+        return PlotSpool(shared, only.profile, only.open())
     names = list[str]()
     for address in addresses:
         if address in addresses[: len(names)] and not is_simulated(address):
@@ -149,22 +152,13 @@ def _plotters(
     spools, queues, asking = list[PlotSpool](), list[PlotterQueue](), threading.Lock()
     try:
         for name, address in zip(names, addresses, strict=True):
-            queues.append(queue(person=AtPlotter(attendant, address, name, asking)).opened())
+            queues.append(queue(person=AtPlotter(attendant, address, name, asking)).open())
             spools.append(PlotSpool(shared, queues[-1].profile, queues[-1]))
     except BaseException:
         for each in queues:
             each.close()
         raise
     return Several(spools[: len(ports)], spools[len(ports) :])
-
-
-def _drawn(place: PlotFiles | PlotSpool | Several) -> tuple[tuple[PlotReport, ...], Facts]:
-    """The reports of every part that was plotted, and what is told of the times."""
-    if isinstance(place, PlotFiles):
-        return (), {"planned_s": round(place.planned_s, 2)}
-    spools = [station.spool for station in place.stations] if isinstance(place, Several) else [place]
-    reports = tuple(part for spool in spools if isinstance(spool, PlotSpool) for part in spool.queue.reports)
-    return reports, Drawn(reports=reports).executed()
 
 
 def _pages(merged: MailMerge, request: PlotRequest) -> RowPages:
@@ -230,11 +224,11 @@ class _Sheets(Destination):
     def sheets(self, pieces: Iterable[Piece]) -> Iterator[Sequence[Piece]]:
         """Letters first, as many on a sheet as there is room for; then envelopes, then their backs."""
         envelopes, backs = list[Piece](), list[Piece]()
-        yield from self._together(_letters(pieces, envelopes, backs), self.shared.cards)
+        yield from self._group_alike(_letters(pieces, envelopes, backs), self.shared.cards)
         for kind in (envelopes, backs):
-            yield from self._together(kind, 1)
+            yield from self._group_alike(kind, 1)
 
-    def _together(self, pieces: Iterable[Piece], many: int) -> Iterator[Sequence[Piece]]:
+    def _group_alike(self, pieces: Iterable[Piece], many: int) -> Iterator[Sequence[Piece]]:
         """Neighbours of one size, as many on a sheet as there is room for."""
         for _, alike in itertools.groupby(pieces, lambda piece: self._pages[piece.row, piece.part][1]):
             while sheet := list(itertools.islice(alike, many)):
@@ -243,7 +237,7 @@ class _Sheets(Destination):
     def drawing(self, sheet: Sequence[Piece]) -> Drawing:
         """A sheet with all that lies on it."""
         cards = [from_json(gzip.decompress(self._pages[piece.row, piece.part][0].read_bytes())) for piece in sheet]
-        return _grid(sheet[0].part, self.shared).laid(cards)
+        return _grid(sheet[0].part, self.shared).lay_cards(cards)
 
 
 class PlotFiles(_Sheets):
@@ -286,7 +280,9 @@ class PlotSpool(_Sheets, Spool):
 
     def ready(self, sheet: Sequence[Piece]) -> None:
         """Have the sheet put in."""
-        self.queue.feed(_called(sheet))
+        rows, part = name_rows(sorted({piece.row for piece in sheet})), sheet[0].part
+        wanted = f"the envelope of {rows}" if part in (ENVELOPE, BACK) else f"a sheet for {rows}"
+        self.queue.feed(f"{wanted}, its back up" if part == BACK else wanted)
 
     def send(self, sheet: Sequence[Piece], title: str) -> str:
         """Keep a sheet as a job of that title; its name."""
@@ -304,15 +300,6 @@ def _letters(pieces: Iterable[Piece], envelopes: list[Piece], backs: list[Piece]
             (envelopes if piece.part == ENVELOPE else backs).append(piece)
         else:
             yield piece
-
-
-def _called(sheet: Sequence[Piece]) -> str:
-    """A sheet as it is asked for."""
-    rows = named(sorted({piece.row for piece in sheet}))
-    part = sheet[0].part
-    if part == ENVELOPE:
-        return f"the envelope of {rows}"
-    return f"the envelope of {rows}, its back up" if part == BACK else f"a sheet for {rows}"
 
 
 @dataclass
@@ -337,7 +324,7 @@ class PlotterQueue:
         """What to call it: by its address, if it is the only one there."""
         return self.person.name or self.person.address
 
-    def opened(self) -> Self:
+    def open(self) -> Self:
         """With its port open, before any work is done for it."""
         self.port = port_to(self.person.address, self.profile)
         return self

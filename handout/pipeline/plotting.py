@@ -23,12 +23,12 @@ from handout.pipeline import job_pages
 from handout.pipeline.inputs import Source
 from handout.pipeline.lined_paper import page_name
 from handout.pipeline.options import Length, millimetres
-from handout.pipeline.plot_jobs import called, outlook, state_of
+from handout.pipeline.plot_jobs import name_job, outlook, state_of
 from handout.pipeline.plot_request import AttendanceOptions, PartOptions, PlotOptions, PlotRequest
-from handout.pipeline.programs import hooked, pressed_evenly
+from handout.pipeline.programs import apply_hooks, pressed_evenly
 from handout.pipeline.results import SILENT, Attendant, Delivery, Facts, Listener, Tally, Told
 from handout.pipeline.texts import STROKES, TextDocument, style_notes
-from handout.pipeline.writing import Document, asked, delivered, one_pen, open_document
+from handout.pipeline.writing import Document, deliver, describe_asked, one_pen, open_document
 from handout.plotting import fit_to_bed, open_port, plan
 from handout.plotting.connections import is_simulated as is_simulated
 from handout.plotting.connections import surroundings
@@ -108,12 +108,12 @@ class Drawn:
         """How faithful the plot was, in one sentence; "" if nothing was plotted."""
         return plot_report.sentence(self.reports)
 
-    def executed(self) -> Facts:
+    def executed_facts(self) -> Facts:
         """For JSON."""
         return {
             "planned_s": round(sum(report.announced_s for report in self.reports), 2),
             "executed_s": self.executed_s,
-            "stretched": stretched(self.reports),
+            "stretched": greatest_stretch(self.reports),
             **plot_report.facts(self.reports),
         }
 
@@ -129,17 +129,17 @@ class Plotted(Drawn, Delivery):
         """Sheets in all."""
         return self.job.pages * self.job.options.copies
 
-    def of(self, written: Delivery) -> Plotted:
+    def tell_as(self, written: Delivery) -> Plotted:
         """The same, told as what was written on the sheets."""
-        told = {**written.told, **self.executed(), "copies": self.job.options.copies, "job": self.job.name}
+        told = {**written.told, **self.executed_facts(), "copies": self.job.options.copies, "job": self.job.name}
         more: Told = {"tally": written.tally, "seed": written.seed, "notes": written.notes}
         return dataclasses.replace(self, told=told, **more)
 
 
-def _plotted(job: PlotJob, reports: Sequence[PlotReport]) -> Plotted:
+def _tell_plotted(job: PlotJob, reports: Sequence[PlotReport]) -> Plotted:
     """A job that was plotted, told as it stands now."""
     job, drawn = load(job.folder), Drawn(reports=tuple(reports))
-    return Plotted(job=job, reports=drawn.reports, told={**state_of(job), **drawn.executed()})
+    return Plotted(job=job, reports=drawn.reports, told={**state_of(job), **drawn.executed_facts()})
 
 
 @dataclass(frozen=True)
@@ -154,12 +154,12 @@ class _Asked:
     drawing: Facts
 
 
-def _asked(request: PlotRequest, port: str | None) -> _Asked:
+def _check_request(request: PlotRequest, port: str | None) -> _Asked:
     """Check a request; `port` : see `preview`."""
     profile = asked_machine(request.plotting, port)
     document = open_document(request.source, request.writing, request.sheet, request.picture)
     task, options = document.task, job_options(request.plotting, profile, document.task.fast, document.timed)
-    sentences, drawing = asked(document, partial(fit_to_bed, profile=profile) if request.writing.fit else None)
+    sentences, drawing = describe_asked(document, partial(fit_to_bed, profile=profile) if request.writing.fit else None)
     even = None if task.pose.pose is None else pressed_evenly(profile)
     inks = [] if options.layers == "colour" else one_pen(document)
     notes = (*sentences, *document.notes, *inks, *task.given_notes, *([even] if even else []))
@@ -187,17 +187,17 @@ def plot(
     """
     request = PlotRequest(Source(request)) if isinstance(request, str) else request
     account = ReportFile(attendance.report)
-    work = _asked(request, port)
-    begin = partial(_begun, work, port, attendant)
+    work = _check_request(request, port)
+    begin = partial(_begin_job, work, port, attendant)
     plotted = _plot_new(begin, work.profile, AtPlotter(attendant, port), attendance, account, notes=work.notes)
     tally, task = sum((Tally(**counts) for counts in plotted.job.told), Tally()), work.document.task
-    return plotted.of(delivered(tally, task, (), work.notes, behind=work.drawing))
+    return plotted.tell_as(deliver(tally, task, (), work.notes, behind=work.drawing))
 
 
 def keep(request: PlotRequest, port: str | None = None) -> tuple[PlotJob, tuple[str, ...]]:
     """A plot as a job that is begun with `resume`, and what the user is told of it; `port` : see `preview`."""
-    work = _asked(request, port)
-    return _begun(work, port or "", SILENT), work.notes
+    work = _check_request(request, port)
+    return _begin_job(work, port or "", SILENT), work.notes
 
 
 def preview(
@@ -212,7 +212,7 @@ def preview(
     """Write what would be plotted to files; `port` : that it would be plotted at, for the usual device of that."""
     paths = [Path(name) for name in outputs]
     check_outputs(paths)
-    account, work = ReportFile(report), _asked(request, port)
+    account, work = ReportFile(report), _check_request(request, port)
     profile, task = work.profile, work.document.task
     pages = work.document.draw(STROKES, tell=listener.progress)
     drawings = pages.drawings
@@ -223,9 +223,9 @@ def preview(
     notes = (*work.notes, *style_notes(task, drawings), *besides)
     listener.note(*notes)
     files = write_drawings(shown, paths, dataclasses.replace(task.look, show_travel=show_travel))
-    account.planned(plans)
-    tally = Tally.of(pages.manuscripts, [planned.drawing for planned in plans])
-    return delivered(tally, task, files, notes, behind={**work.drawing, **_planned(plans)})
+    account.write_plans(plans)
+    tally = Tally.from_pages(pages.manuscripts, [planned.drawing for planned in plans])
+    return deliver(tally, task, files, notes, behind={**work.drawing, **_plan_facts(plans)})
 
 
 def with_hooks(planned: Plan) -> Drawing:
@@ -247,9 +247,9 @@ def resume(
     if job.standing().finished:
         raise InputError(f"The job {job.name} is finished: nothing is left of it.")
     attendant.say(outlook(job))
-    with _kept(job, new=False):
+    with _advise_at_end(job, new=False):
         reports = draw_job(job, AtPlotter(attendant, port or job.port), attendance, account)
-    return _plotted(job, reports)
+    return _tell_plotted(job, reports)
 
 
 def machine(device: str | None, port: str | None) -> Plotter:
@@ -301,11 +301,14 @@ def _plot_new(
     except BaseException:
         connected.close()
         raise
-    person.say(f"{profile.title}: {before}{_amount(job)}, job {job.name}{behind}.")
+    amount = f"about {job.ink / 1000:.1f} m of ink; the other sheets are written while the first are drawn"
+    if job.whole:
+        amount = f"{units.count(job.pages * job.options.copies, 'sheet')}, {job.ink / 1000:.2f} m of ink"
+    person.say(f"{profile.title}: {before}{amount}, job {job.name}{behind}.")
     person.attendant.note(*notes)
-    with _kept(job, new=True):
+    with _advise_at_end(job, new=True):
         reports = draw_job(job, person, attendance, account, connected)
-    return _plotted(job, reports)
+    return _tell_plotted(job, reports)
 
 
 def asked_machine(plotting: PlotOptions, port: str | None) -> Plotter:
@@ -324,7 +327,7 @@ def asked_machine(plotting: PlotOptions, port: str | None) -> Plotter:
 
     if plotting.pen_up is not None or plotting.pen_down is not None:
         profile = replace_heights(profile, height(plotting.pen_up, "pen up"), height(plotting.pen_down, "pen down"))
-    return hooked(profile, plotting.hooks)
+    return apply_hooks(profile, plotting.hooks)
 
 
 def job_options(plotting: PlotOptions, profile: Plotter, fast: bool, timed: bool = True) -> JobOptions:
@@ -355,11 +358,11 @@ def port_to(port: str, profile: Plotter) -> Port:
         raise type(error)(f"{error} No job was begun.") from error
 
 
-def _begun(work: _Asked, port: str, listener: Listener) -> PlotJob:
+def _begin_job(work: _Asked, port: str, listener: Listener) -> PlotJob:
     """The job, with the first page of a text and what the others are made from, or with all pages, or the part of them
     that is asked for; the listener hears which."""
     request, document, rest = work.request, work.document, None
-    produced = job_pages.made(document, work.profile, request.writing.fit)
+    produced = job_pages.make_pages(document, work.profile, request.writing.fit)
     pages = [next(produced)]
     more = isinstance(document, TextDocument) and pages[0].share < 1.0 and not request.part
     if more and isinstance(request.writing.hand, str):
@@ -406,7 +409,7 @@ def with_rest(page: Drawing, piece: stretch.SheetStretch, planned: Plan) -> Draw
     return dataclasses.replace(part, strokes=strokes, about=about)
 
 
-def again(
+def plot_again(
     name: str | None,
     part: PartOptions,
     port: str | None = None,
@@ -430,7 +433,7 @@ def again(
         return store.begin(pages, profile, options, None, title=before.title, port=address)
 
     person = AtPlotter(attendant, address)
-    return _plot_new(begin, profile, person, attendance, account, behind=f", of {called(before)}")
+    return _plot_new(begin, profile, person, attendance, account, behind=f", of {name_job(before)}")
 
 
 def _kept_pages(job: PlotJob, listener: Listener) -> list[NewPage]:
@@ -449,17 +452,17 @@ def preview_again(
     show_travel: bool = False,
     listener: Listener = SILENT,
 ) -> Delivery:
-    """Write to files what `again` would plot."""
+    """Write to files what `plot_again` would plot."""
     paths = [Path(path) for path in outputs]
     check_outputs(paths)
     before = store.drawn_before(name)
-    listener.say(f"From the plot {called(before)}.")
+    listener.say(f"From the plot {name_job(before)}.")
     kept = _kept_pages(before, listener)
     drawings, plans = shown_pages([page.drawing for page in kept], part, before.profile, before.options, listener)
     files = write_drawings(drawings, paths, Look(show_travel=show_travel))
     tally = sum((Tally(**page.told) for page in kept if page.told), Tally())
     about = kept[0].drawing.about
-    told = {"job": before.name, "files": [str(file) for file in files], **_planned(plans)}
+    told = {"job": before.name, "files": [str(file) for file in files], **_plan_facts(plans)}
     return Delivery(tally=tally, seed=int(about.get("seed") or 0), files=tuple(files), told=told)
 
 
@@ -477,22 +480,15 @@ def shown_pages(
     return shown, plans
 
 
-def _planned(plans: Sequence[Plan]) -> Facts:
+def _plan_facts(plans: Sequence[Plan]) -> Facts:
     """What plotting would take, s; how much of it for dips, and whatever else is done besides drawing."""
     dips, hooks_s = sum(planned.dips for planned in plans), sum(planned.hook_time for planned in plans)
     hooks: Facts = {"dips": dips, "hooks_s": round(hooks_s, 2)} if hooks_s else {}
     seconds = round(sum(planned.duration for planned in plans), 2)
-    return {"planned_s": seconds, "stretched": stretched(plans), **hooks}
+    return {"planned_s": seconds, "stretched": greatest_stretch(plans), **hooks}
 
 
-def _amount(job: PlotJob) -> str:
-    """How much will be drawn, in words."""
-    if job.whole:
-        return f"{units.count(job.pages * job.options.copies, 'sheet')}, {job.ink / 1000:.2f} m of ink"
-    return f"about {job.ink / 1000:.1f} m of ink; the other sheets are written while the first are drawn"
-
-
-def stretched(parts: Sequence[Plan] | Sequence[PlotReport]) -> float:
+def greatest_stretch(parts: Sequence[Plan] | Sequence[PlotReport]) -> float:
     """The greatest of the sheets' stretches: time the strokes take over the time they were meant to take."""
     return round(max((part.stretched for part in parts), default=1.0), 4)
 
@@ -512,12 +508,12 @@ class ReportFile:
         if self.path is not None:
             atomic.check_writable(self.path)
 
-    def planned(self, plans: Sequence[Plan]) -> None:
+    def write_plans(self, plans: Sequence[Plan]) -> None:
         """Write what is predicted of every page."""
         if self.path is not None:
             plot_report.write(self.path, [plot_report.row(plan, page) for page, plan in enumerate(plans, 1)])
 
-    def plotted(self, report: PlotReport, port: Port) -> None:
+    def add_report(self, report: PlotReport, port: Port) -> None:
         """Write what is to be said of all parts up to the one that has just been plotted."""
         if self.path is not None:
             with self._lock:
@@ -533,7 +529,7 @@ def draw_job(
     usual = math.inf if attendant.watches else _UNWATCHED
     patience = usual if limit is None else units.parse(limit, "time", "hold limit")
 
-    def opened() -> Port:
+    def open_first() -> Port:
         nonlocal port
         first, port = port, None
         return first or open_port(person.address, job.profile)
@@ -543,18 +539,18 @@ def draw_job(
     with job_pages.producer(job) as producer, surroundings(person.address), block as progress:
         return runner.run_job(
             job,
-            opened,
+            open_first,
             person,
             runner.RunOptions(attendance.at_zero, attendance.home_after, patience, attendance.reached),
             supply=producer,
             progress=progress,
-            plotted=account.plotted,
+            plotted=account.add_report,
             log=person.say,
         )
 
 
 @contextlib.contextmanager
-def _kept(job: PlotJob, *, new: bool) -> Iterator[None]:
+def _advise_at_end(job: PlotJob, *, new: bool) -> Iterator[None]:
     """Add to what ends a job how to go on with it; a new one that is refused before anything is drawn is forgotten."""
     try:
         yield

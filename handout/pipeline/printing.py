@@ -33,7 +33,7 @@ from handout.printing.batch import RowsRefused as RowsRefused
 from handout.printing.journal import Journal
 from handout.printing.prepared import Destination
 from handout.printing.queue import Say
-from handout.printing.rows import named
+from handout.printing.rows import name_rows
 from handout.printing.sending import PrintingStopped as PrintingStopped
 from handout.printing.sending import Report as Report
 from handout.profiles import Length, Nudge, Printer, full
@@ -63,10 +63,10 @@ class BatchDelivery(Delivery):
     letters: bool = False
 
     @property
-    def shared(self) -> str:
+    def shares(self) -> str:
         """Which rows each of several devices made; "" of one."""
         devices = self.report.devices
-        return ", ".join(f"{name}: {named(rows)}" for name, rows in devices.items()) if len(devices) > 1 else ""
+        return ", ".join(f"{name}: {name_rows(rows)}" for name, rows in devices.items()) if len(devices) > 1 else ""
 
 
 def rows_told(report: Report, tally: Tally, pages: RowPages, hand: str, notes: Sequence[str]) -> Told:
@@ -111,11 +111,11 @@ def print_(
         There is no such printer, or it failed in the middle of the batch.
     """
     profiles = _printers(printing, writing_options, merge)
-    profile, apart = profiles[0], _apart(profiles[0], printing)
-    merged = merging.read(Path(table), printing, merge, attendant)
+    profile, apart = profiles[0], _find_envelope_printers(profiles[0], printing)
+    merged = merging.read_merge(Path(table), printing, merge, attendant)
     sheet = SheetOptions(printing.page, merge.margin, merge.pages, "A4" if merged.with_letters else "DL")
     pages = RowPages(merged, writing_options, sheet, picture)
-    fed = partial(_fed, profile, apart[0] if apart else profile, printing, merged.with_letters)
+    fed = partial(_feed_printer, profile, apart[0] if apart else profile, printing, merged.with_letters)
     pages.seed, pages.margins = seed_of(writing_options.seed), lambda page: media.page_margins(page, fed(page))
     task = pages.look()
     notes = not_followed(task, ink_shown=True)
@@ -130,34 +130,37 @@ def print_(
         dry_run=out is not None and not _prints_into(out, printing),
     )
     calibrations = _calibrations(printing, attendant)
-    pages.calibrated = calibrations.of
+    pages.calibrated = calibrations.calibrate_ink
     if merged.with_envelopes:  # what is wrong for every row is said once
         envelope.address_layout(pages.envelope_page, 1, 1, pages.address_x_height)
     about = {"seed": pages.seed, "hand": task.hand.name}
     simulated = all(each.simulated for each in [*profiles, *apart])  # nobody is asked to feed those
     change = (lambda request: attendant.say(f"{request}.")) if simulated else partial(attendant.do, needed=False)
     way = PrinterWay(profile, fed, about, None, record.resumed, attendant.say, change)
-    ways = [_at(way, task.layout.page, each) for each in profiles], [_at(way, pages.envelope_page, a) for a in apart]
+    ways = (
+        [_direct_way(way, task.layout.page, each) for each in profiles],
+        [_direct_way(way, pages.envelope_page, a) for a in apart],
+    )
     calibrations.say_whose(ways[1], attendant)
     with record, destinations(*ways, options, pages.sheets()) as place:
         report, account = make_all(pages, place, options, (printing, record), listener=attendant)
     notes = [*notes, *account.dropped]
     told = rows_told(report, account.tally, pages, task.hand.name, notes)
-    through = calibrations.of(task, pages.hand_of(task)) if account.tally.pages else None
+    through = calibrations.calibrate_ink(task, pages.hand_of(task)) if account.tally.pages else None
     return BatchDelivery(
         tally=account.tally,
         seed=pages.seed,
         files=tuple(report.files),
         told=told if through is None else {**told, "calibration": through.facts()},
         report=report,
-        destination=", ".join(map(_called, [*profiles, *apart])),
-        calibration_note="" if through is None else through.said(),
+        destination=", ".join(map(_name_place, [*profiles, *apart])),
+        calibration_note="" if through is None else through.tell_reach(),
         letters=merged.with_letters,
         notes=tuple(notes),
     )
 
 
-def _called(printer: Printer) -> str:
+def _name_place(printer: Printer) -> str:
     """A printer, as the place that pages go to."""
     return printer.queue or (f"the folder {SIMULATED}/" if printer.simulated else printer.title)
 
@@ -175,7 +178,7 @@ def _printers(printing: PrintOptions, writing_options: WritingOptions, merge: Me
     return found
 
 
-def _apart(profile: Printer, printing: PrintOptions) -> list[Printer]:
+def _find_envelope_printers(profile: Printer, printing: PrintOptions) -> list[Printer]:
     """The printers that envelopes go to: profiles with queues of their own, or further queues of this profile."""
     names = find_names("printer")
     own = [
@@ -190,14 +193,14 @@ def _apart(profile: Printer, printing: PrintOptions) -> list[Printer]:
     return found
 
 
-def _at(way: PrinterWay, page: Page, where: Printer) -> PrinterWay:
+def _direct_way(way: PrinterWay, page: Page, where: Printer) -> PrinterWay:
     """The way to one of several printers, as it is fed with a page."""
     changes = {"queue": where.queue, "file": where.file, "simulated": where.simulated}
     fed = msgspec.structs.replace(way.fed(page), **changes)
     return replace(way, profile=fed, calibrated=where.title == way.profile.title)
 
 
-def _fed(profile: Printer, apart: Printer, printing: PrintOptions, with_letters: bool, page: Page) -> Printer:
+def _feed_printer(profile: Printer, apart: Printer, printing: PrintOptions, with_letters: bool, page: Page) -> Printer:
     """The printer, for envelopes beside letters the one that is set apart for them, as it is fed with a page.
 
     What the options say wins over its profile.  Where there are letters, `--tray` and `--feed` are theirs: an envelope
@@ -238,7 +241,7 @@ class _Calibrations:
         titles = dict.fromkeys(way.profile.title for way in ways if self.calibration and not way.calibrated)
         listener.say(*(f"Pages for {title} are not corrected: the calibration is another's." for title in titles))
 
-    def of(self, task: WritingTask, hand: str, say: Say = lambda sentence: None) -> CalibratedInk | None:
+    def calibrate_ink(self, task: WritingTask, hand: str, say: Say = lambda sentence: None) -> CalibratedInk | None:
         """How the ink of a hand goes to the printer."""
         if self.calibration is None:
             return None
@@ -269,7 +272,7 @@ def make_all(
     """
     (table, record), account = run, RowAccount()
     work = row_work.row_work(pages, place.prepare, drawn)
-    with row_work.opened(work, table.jobs, table.cluster, listener.say) as made:
-        make, check = (row_work.counted(made, account, listener.say, check) for check in (False, True))
+    with row_work.open_workers(work, table.jobs, table.cluster, listener.say) as made:
+        make, check = (row_work.count_made(made, account, listener.say, check) for check in (False, True))
         table_rows = pages.merge.table
         return make_rows(table_rows, make, place, options, record, tell=listener.progress, check=check), account

@@ -52,7 +52,7 @@ class Programs:
         self._fast, self._fit, self._order = fast, fit, order
         wanted = {path.suffix.lower(): path for path in paths if path.suffix.lower() in SUFFIXES}
         plotters = {suffix: _plotter(device, path) for suffix, path in wanted.items()}
-        self._plotters = {suffix: hooked(one, hooks) if hooks else one for suffix, one in plotters.items()}
+        self._plotters = {suffix: apply_hooks(one, hooks) if hooks else one for suffix, one in plotters.items()}
         self.dips: dict[str, int] = {}
         self.hooks_s: dict[str, float] = {}
 
@@ -78,7 +78,7 @@ class Programs:
         return render
 
 
-def hooked(profile: Plotter, options: HookOptions) -> Plotter:
+def apply_hooks(profile: Plotter, options: HookOptions) -> Plotter:
     """The profile with the hooks that are asked for, and checked: their places lie on the bed, their heights exist.
 
     Raises

@@ -46,11 +46,11 @@ def prompt(output: str | Path, options: PromptOptions = PromptOptions()) -> Prom
     layout = SheetLayout(paper_of_name(options.page), millimetres(options.ruling, "ruling"), printed=options.ruled)
     width = layout.width(millimetres(options.letter_width, "letter width") if options.letter_width else None)
     file = options.corpus_file
-    sentences = corpus.sentences(corpus.read(Path(file))) if file else list(corpus.shipped())
-    target, characters = _wanted(sentences, options)
+    sentences = corpus.sentences(corpus.read_text(Path(file))) if file else list(corpus.shipped_sentences())
+    target, characters = _choose_wanted(sentences, options)
     wanted, again = sentence_choice.frequencies(target), ""
     if options.hand is not None:
-        wanted, again = _again(options.hand, target, options)
+        wanted, again = _choose_again(options.hand, target, options)
         characters = again
     pages = prompt_pages.prompt(
         sentences,
@@ -81,13 +81,13 @@ def prompt(output: str | Path, options: PromptOptions = PromptOptions()) -> Prom
     return PromptSheets(files=(path,), told=told, coverage=covered)
 
 
-def _again(name: str, target: list[str], options: PromptOptions) -> tuple[Frequencies, str]:
+def _choose_again(name: str, target: list[str], options: PromptOptions) -> tuple[Frequencies, str]:
     """What sheets for a hand should hold, and the letters that they must."""
     from handout.hand import file, library, report
     from handout.prompting.sentence_choice import frequencies_again
 
     hand = file.load(library.scanned_file(name))
-    wished = corpus.typed(options.characters or string.ascii_letters + "".join(hand.letters)) + corpus.typed(
+    wished = corpus.as_typed(options.characters or string.ascii_letters + "".join(hand.letters)) + corpus.as_typed(
         options.also
     )
     frequencies, again = frequencies_again(hand, report.sure_letters(hand), target, wished)
@@ -96,11 +96,11 @@ def _again(name: str, target: list[str], options: PromptOptions) -> tuple[Freque
     return frequencies, again
 
 
-def _wanted(sentences: list[str], options: PromptOptions) -> tuple[list[str], str]:
+def _choose_wanted(sentences: list[str], options: PromptOptions) -> tuple[list[str], str]:
     """The texts whose letters and pairs count, and the characters of which each has to occur."""
-    wished = corpus.typed(options.characters or corpus.PRINTABLE) + corpus.typed(options.also)
+    wished = corpus.as_typed(options.characters or corpus.PRINTABLE) + corpus.as_typed(options.also)
     if options.target:
-        target = [corpus.read(Path(options.target))]
+        target = [corpus.read_text(Path(options.target))]
         wished += "".join(char for char in dict.fromkeys(target[0]) if char.isprintable())
     else:
         target = corpus.usable(sentences, frozenset(corpus.PRINTABLE + wished + " "))

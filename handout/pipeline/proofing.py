@@ -85,9 +85,9 @@ def proof(
         The table or the letter cannot be read, or an option is wrong.
     """
     paths = [Path(name) for name in outputs]
-    record, machine = _checked(paths, options)
+    record, machine = _check_options(paths, options)
     at = prices(machine, options.prices)
-    merged = merging.read(Path(table), options, merge, listener)
+    merged = merging.read_merge(Path(table), options, merge, listener)
     usual = "DL" if not merged.with_letters else "A5" if isinstance(machine, Plotter) else "A4"
     sheet = SheetOptions(options.page, options.margin, options.pages, usual)
     pages = RowPages(merged, writing, sheet, picture, seed=seed_of(writing.seed))
@@ -121,7 +121,7 @@ def proof(
     return TableProof(**told_of, costs=made.costs, pages=made.pages)
 
 
-def _checked(paths: Sequence[Path], options: ProofOptions) -> tuple[Path, Printer | Plotter | None]:
+def _check_options(paths: Sequence[Path], options: ProofOptions) -> tuple[Path, Printer | Plotter | None]:
     """The file by which a proof is approved, and the machine whose reach is looked at."""
     if not paths:
         raise InputError("A proof needs a file: give it with -o proof.html.")
@@ -250,7 +250,7 @@ def _totals(made: _Made) -> str:
     return f"{units.count(len(made.good), 'row')}: {sheets}{ink}{time}{machine}. {made.costs.sentence()}"
 
 
-def _first(made: _Made) -> list[tuple[int, str, int]]:
+def _list_first(made: _Made) -> list[tuple[int, str, int]]:
     """Rows that want looking at, the most urgent first: number, what, rank."""
     rows = [(row, reason, -1) for row, reason in made.failed.items()]
     rows += [(row, "; ".join(finding.phrase for finding in found), found[0].rank) for row, found in made.looked.items()]
@@ -267,7 +267,7 @@ def _html(made: _Made, heading: str) -> bytes:
     """The proof for a browser, in one file."""
     first = "".join(
         f'<li{" class=failed" if rank < 0 else ""}><a href="#row-{row}">row {row}</a>: {html.escape(why)}</li>'
-        for row, why, rank in _first(made)
+        for row, why, rank in _list_first(made)
     )
     begins = {page.row: n for n, page in reversed(list(enumerate(made.pages)))}
     figures = "".join(_figure(made, page, begins[page.row] == n) for n, page in enumerate(made.pages))
@@ -302,7 +302,7 @@ def _pdf(made: _Made, heading: str) -> bytes:
     canvas = Canvas(stream, pagesize=A4, invariant=True)
     width, height = A4
     y = height - 50.0
-    lines = [heading, _totals(made), "", *(f"row {row}: {why}" for row, why, _ in _first(made))]
+    lines = [heading, _totals(made), "", *(f"row {row}: {why}" for row, why, _ in _list_first(made))]
     for line in lines:
         told = line.encode("cp1252", "replace").decode("cp1252")  # in the letters that every PDF has
         for part in simpleSplit(told, "Helvetica", 9, width - 80) or [""]:

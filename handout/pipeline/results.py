@@ -148,7 +148,7 @@ class Tally:
     doubtful: Sequence[Mapping[str, Any]] = ()
 
     @classmethod
-    def of(cls, pages: Sequence[Manuscript], drawings: Sequence[Drawing]) -> Tally:
+    def from_pages(cls, pages: Sequence[Manuscript], drawings: Sequence[Drawing]) -> Tally:
         """Of some pages of one text, as manuscripts and as strokes."""
         letters = (placed.glyph.letter for page in pages for line in page.lines for placed in line.placed)
         return cls(
@@ -165,7 +165,7 @@ class Tally:
         )
 
     @property
-    def lent(self) -> dict[tuple[str, str], int]:
+    def lent_letters(self) -> dict[tuple[str, str], int]:
         """How often each letter that is not the author's was written, by letter and what it was made of."""
         counts = Counter[tuple[str, str]]()
         for letter in self.borrowed:

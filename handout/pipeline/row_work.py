@@ -80,7 +80,7 @@ class RowWork:
     @one_thread  # in every process: as many are at work as there are processors, and sums come out alike
     def make(self, row: TableRow) -> MadeRow:
         """The pages of a row."""
-        return MadeRow(prepare_row(self.pages, self.prepare, row), self.pages.settled())
+        return MadeRow(prepare_row(self.pages, self.prepare, row), self.pages.settle())
 
     @one_thread
     def check(self, row: TableRow) -> MadeRow:
@@ -94,7 +94,7 @@ class RowWork:
             return MadeRow(PreparedRow(row.number, (), row.warnings, str(error)), RowAccount())
         return MadeRow(PreparedRow(row.number, (), row.warnings), RowAccount())
 
-    def each(self, rows: Iterable[TableRow], check: bool = False) -> Iterator[MadeRow]:
+    def make_each(self, rows: Iterable[TableRow], check: bool = False) -> Iterator[MadeRow]:
         """Make rows in this process, or check them; one after the other in their order, as they are asked for."""
         for row in rows:
             yield self.check(row) if check else self.make(row)
@@ -149,7 +149,7 @@ class Remote(ABC):
     def recover(self, waiting: deque[tuple[TableRow, Any]]) -> Iterable[bool]:
         """After a loss, which of the rows that are begun have to be begun again."""
 
-    def each(self, rows: Iterable[TableRow], check: bool = False) -> Iterator[MadeRow]:
+    def make_each(self, rows: Iterable[TableRow], check: bool = False) -> Iterator[MadeRow]:
         """See `RowWork`."""
         source, waiting = iter(rows), deque[tuple[TableRow, Any]]()
         while True:
@@ -157,9 +157,9 @@ class Remote(ABC):
                 waiting.append((row, self.submit(row, check)))
             if not waiting:
                 return
-            yield self._first(waiting, check)
+            yield self._take_first(waiting, check)
 
-    def _first(self, waiting: deque[tuple[TableRow, Any]], check: bool) -> MadeRow:
+    def _take_first(self, waiting: deque[tuple[TableRow, Any]], check: bool) -> MadeRow:
         """The first of the rows that are begun, when it is made."""
         for _ in range(_MOST_LOST):
             made = self.result(waiting[0][1])
@@ -182,13 +182,13 @@ _ONE_AT_A_TIME = threading.Lock()  # a worker of a cluster may have several thre
 def made_from(work: bytes, row: TableRow, check: bool) -> MadeRow:
     """Make or check a row in this process, which loads the hands of a batch once."""
     with _ONE_AT_A_TIME:
-        own = _loaded(work)
+        own = _load_work(work)
         with contextlib.chdir(own.folder):
             return own.check(row) if check else own.make(row)
 
 
 @lru_cache(maxsize=1)
-def _loaded(work: bytes) -> RowWork:
+def _load_work(work: bytes) -> RowWork:
     own = pickle.loads(work)
     assert isinstance(own, RowWork)
     own.verify()
@@ -196,7 +196,7 @@ def _loaded(work: bytes) -> RowWork:
 
 
 @contextlib.contextmanager
-def opened(work: RowWork, jobs: int, cluster: str, say: Callable[[str], object]) -> Iterator[RowWork | Remote]:
+def open_workers(work: RowWork, jobs: int, cluster: str, say: Callable[[str], object]) -> Iterator[RowWork | Remote]:
     """Processes for the rows of a batch: this one alone for 1 job; of the Dask cluster at an address, if one is given.
 
     Raises
@@ -226,9 +226,9 @@ class ProcessWorkers(Remote):
         self._context = multiprocessing.get_context("forkserver" if "forkserver" in names else "spawn")
         if "forkserver" in names:
             self._context.set_forkserver_preload([*_PRELOADED])
-        self._pool = self._opened()
+        self._pool = self._open_pool()
 
-    def _opened(self) -> ProcessPoolExecutor:
+    def _open_pool(self) -> ProcessPoolExecutor:
         # the work goes to each process once: a pool that breaks while its queue is full would never end
         return ProcessPoolExecutor(self._jobs, self._context, _begin, (self._work,))
 
@@ -257,7 +257,7 @@ class ProcessWorkers(Remote):
         """See `Remote`."""
         try:
             with _unheard():
-                return self._pool.submit(_made, row, check)
+                return self._pool.submit(_make_row, row, check)
         except BrokenProcessPool as error:
             lost = Future[MadeRow]()
             lost.set_exception(error)
@@ -274,7 +274,7 @@ class ProcessWorkers(Remote):
         """A pool that has lost a process ends; a new one goes on with what it had not made."""
         self._end()
         wait([future for _, future in waiting], _ENDING)
-        self._pool = self._opened()
+        self._pool = self._open_pool()
         for _, future in waiting:
             lost = future.cancelled() or not future.done()
             yield lost or isinstance(future.exception(), BrokenProcessPool)
@@ -383,19 +383,19 @@ def _begin(work: bytes) -> None:
     threading.Thread(target=follow, daemon=True).start()
 
 
-def _made(row: TableRow, check: bool) -> MadeRow:
+def _make_row(row: TableRow, check: bool) -> MadeRow:
     return made_from(_work, row, check)
 
 
-def counted(
+def count_made(
     workers: RowWork | Remote, account: RowAccount, say: Callable[..., object], check: bool = False
 ) -> MakeRows:
     """Rows as they are made, which an account counts; what is to be said of them is said once."""
 
-    def each(rows: Iterable[TableRow]) -> Iterator[PreparedRow]:
-        for made in workers.each(rows, check):
+    def make_each(rows: Iterable[TableRow]) -> Iterator[PreparedRow]:
+        for made in workers.make_each(rows, check):
             if new := account.add(made.account):
                 say(*new)
             yield made.row
 
-    return each
+    return make_each

@@ -42,7 +42,7 @@ def add_signature(name: str, scan: str | Path, dpi: float | None = None, *, agai
     path = _folder() / f"{name}.hand"
     if path.exists() and not again:
         raise InputError(f"There is a signature called {name} already: give --again to replace it, or another name.")
-    hand = _read(Path(scan), dpi)
+    hand = _read_scan(Path(scan), dpi)
     path.parent.mkdir(parents=True, exist_ok=True)
     atomic.check_writable(path)
     file.save(hand, path)
@@ -71,19 +71,19 @@ def find_signature(name: str, folder: Path = Path()) -> ScannedHand:
             f"no signature is called {name}: {f'there are {known}; ' if known else ''}scan one and keep it "
             f"with handout hand signature add {Path(name).stem} scan.png."
         )
-    return _found(path, path.stat().st_mtime_ns)
+    return _load_signature(path, path.stat().st_mtime_ns)
 
 
 @lru_cache(maxsize=8)
-def _found(path: Path, _changed: int) -> ScannedHand:
-    return file.load(path) if path.suffix.lower() == ".hand" else _read(path, None)
+def _load_signature(path: Path, _changed: int) -> ScannedHand:
+    return file.load(path) if path.suffix.lower() == ".hand" else _read_scan(path, None)
 
 
 def _folder() -> Path:
     return shipped.user_folder("signatures")
 
 
-def _read(scan: Path, dpi: float | None) -> ScannedHand:
+def _read_scan(scan: Path, dpi: float | None) -> ScannedHand:
     from handout.scanning.written_page import read_page
     from handout.tagging.page_tagging import pen_of_pages
 

@@ -112,7 +112,7 @@ def style_of(draft: StyleDraft) -> Style:
     place = Path(f"{draft.name}.style" if draft.base else f"{draft.name}.toml")
     made = of_table(_tables(draft), place)
     try:
-        return check_style(replaced(made, model=_learned(draft.base)))
+        return check_style(replaced(made, model=_find_model(draft.base)))
     except ValueError as error:
         raise InputError(f"{place}: {error}") from error
 
@@ -171,7 +171,7 @@ def _plain(value: typing.Any) -> StyleValue:
     return typing.cast(StyleValue, value)
 
 
-def _learned(base: str) -> LearnedMovement | None:
+def _find_model(base: str) -> LearnedMovement | None:
     if not base:
         return None
     place = path_of(base)
@@ -229,7 +229,7 @@ def _knob(key: str, label: str, ends: tuple[float, float] | None, style: Style) 
     return {**facts, **bounds, "unit": unit, "count": 0 if Ellipsis in typing.get_args(kind) else count}
 
 
-def moved(plan: bytes, draft: StyleDraft, seed: int, samples: int = 0) -> Facts:
+def move_targets(plan: bytes, draft: StyleDraft, seed: int, samples: int = 0) -> Facts:
     """A plan of targets moved through in a style: strokes with their speeds, ellipses, and more by other chances.
 
     Raises
@@ -245,7 +245,7 @@ def moved(plan: bytes, draft: StyleDraft, seed: int, samples: int = 0) -> Facts:
     others = [target_plans.draw_plan(thrown, style, rng) for rng in chances]
     spreads = [[round(float(x), _FINE) for x in (one[0, 0], one[0, 1], one[1, 1])] for one in followed]
     return {
-        "strokes": [_shown(stroke) for stroke in drawing.strokes],
+        "strokes": [_stroke_facts(stroke) for stroke in drawing.strokes],
         "samples": [[_line(stroke) for stroke in other.strokes] for other in others],
         "ellipses": spreads,
         "duration_s": round(drawing.duration, 3),
@@ -270,7 +270,7 @@ def _line(stroke: Stroke) -> Facts:
     return {"x": xy[:, 0].tolist(), "y": xy[:, 1].tolist()}
 
 
-def _shown(stroke: Stroke) -> Facts:
+def _stroke_facts(stroke: Stroke) -> Facts:
     """A stroke as the page draws it: mm, s, mm/s."""
     speed = np.zeros(len(stroke.t))
     if len(stroke.t) > 1:
@@ -291,15 +291,15 @@ def word(text: str, hand: str, draft: StyleDraft, seed: int) -> Facts:
     InputError
         No such hand, a text that it cannot write, or not a style.
     """
-    style, drawing = style_of(draft), _written(text, hand)
+    style, drawing = style_of(draft), _write_word(text, hand)
     styled = restyling.restyle(drawing, style, np.random.default_rng(seed))
-    strokes: list[Facts] = [_shown(stroke) for stroke in styled.strokes]
+    strokes: list[Facts] = [_stroke_facts(stroke) for stroke in styled.strokes]
     notes = restyling.losses(drawing, styled, style)
     return {"strokes": strokes, "width": drawing.page.width, "height": drawing.page.height, "notes": notes}
 
 
 @lru_cache(maxsize=16)
-def _written(text: str, hand: str) -> Drawing:
+def _write_word(text: str, hand: str) -> Drawing:
     drawing = writing.drawings(text, WritingOptions(hand, seed=1, fit=True, fallback=True), _WORD_SHEET)[0]
     if not drawing.strokes:
         raise InputError("Give a word to be written.")
@@ -314,9 +314,12 @@ def targets_of_word(text: str, hand: str, draft: StyleDraft) -> Facts:
     InputError
         As `word`.
     """
-    drawing, order = _written(text, hand), style_of(draft).movement.order
-    height = targets.letter_height(drawing)
-    parts = [_of_stroke(stroke, height, order) for stroke in drawing.strokes]
+    drawing, order = _write_word(text, hand), style_of(draft).movement.order
+    height, parts = targets.letter_height(drawing), list[Array]()
+    for stroke in drawing.strokes:
+        motif = targets.find(stroke.xy, height)
+        points = np.concatenate([motif.points, motif.points[:1]]) if motif.ring else motif.points
+        parts.append(targets_through(points, smooth=_PLAIN.movement.drawn_at, order=order))
     low = np.concatenate(parts).min(axis=0)
     span = np.concatenate(parts).max(axis=0) - low
     page = np.array([148.0, 105.0])  # A6 across
@@ -328,12 +331,6 @@ def targets_of_word(text: str, hand: str, draft: StyleDraft) -> Facts:
         "pen_up": ends[:-1].tolist(),
         "page": {"width": float(page[0]), "height": float(page[1])},
     }
-
-
-def _of_stroke(stroke: Stroke, height: float, order: int) -> Array:
-    motif = targets.find(stroke.xy, height)
-    points = np.concatenate([motif.points, motif.points[:1]]) if motif.ring else motif.points
-    return targets_through(points, smooth=_PLAIN.movement.drawn_at, order=order)
 
 
 def keep_movement(plan: bytes, draft: StyleDraft, seed: int, output: Path) -> Facts:

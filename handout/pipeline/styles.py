@@ -66,11 +66,11 @@ def _moved_as_asked(style: Style, styling: StyleOptions) -> Style:
     if styling.temperature is not None:
         learned = replace(learned, temperature=styling.temperature)
     if styling.prime is not None and styling.prime not in style.model.primers:
-        style = replace(style, model=_primed(style, style.model, styling.prime))
+        style = replace(style, model=_prime_model(style, style.model, styling.prime))
     return replace(style, learned=replace(learned, primer=styling.prime or learned.primer))
 
 
-def _primed(style: Style, model: LearnedMovement, name: str) -> LearnedMovement:
+def _prime_model(style: Style, model: LearnedMovement, name: str) -> LearnedMovement:
     """The model with a drawing's file as another primer."""
     if not Path(name).suffix:
         known = ", ".join(model.primers) or "none"
@@ -119,7 +119,7 @@ def learn_style(
         A drawing that cannot be read, too little or too much to learn from, or a file of another name.
     """
     path = output_path(output, ".style", "a learned style is kept as")
-    drawings = [drawing for example in examples for drawing in apart(read_drawing(example))]
+    drawings = [drawing for example in examples for drawing in split_drawings(read_drawing(example))]
     untimed = sum(not drawing.timed or "timing" in drawing.about for drawing in drawings)
     how = Lesson(lesson.size, cast(Inputs, lesson.inputs))
     rng = np.random.default_rng(seed_of(lesson.seed))
@@ -144,7 +144,7 @@ def toml_of(title: str, told: Mapping[str, Any]) -> str:
     return _TOML.format(title=json.dumps(title), notes=json.dumps(notes), duration=1e3 * told["duration_s"])
 
 
-def apart(drawing: Drawing) -> list[Drawing]:
+def split_drawings(drawing: Drawing) -> list[Drawing]:
     """The drawings of a file that holds several; any other is one."""
     if "drawings" not in drawing.about:
         return [drawing]

@@ -35,8 +35,8 @@ def with_texts(name: str, drawing: Drawing, task: WritingTask) -> tuple[Drawing,
         return drawing, None, ()
     texts: tuple[Text, ...] = drawing.about["texts"]
     about = {key: value for key, value in drawing.about.items() if key != "texts"}
-    written, left = _tried(texts, task)
-    placed = _placed(texts, written)
+    written, left = _try_texts(texts, task)
+    placed = _place_texts(texts, written)
     for number, group in tuple(placed.items()):
         xy = np.concatenate([stroke.xy for stroke in group])
         if (xy < 0).any() or (xy > (drawing.page.width, drawing.page.height)).any():
@@ -48,17 +48,19 @@ def with_texts(name: str, drawing: Drawing, task: WritingTask) -> tuple[Drawing,
     if not strokes:
         raise InputError(f"{name}: there is nothing to draw. {' '.join(notes)}")
     drawing = replace(drawing, strokes=strokes, about=about, timed=drawing.timed or not drawing.strokes)
-    whole = _together([manuscript for _, manuscript in written.values()], drawing.page)
+    whole = _join_pages([manuscript for _, manuscript in written.values()], drawing.page)
     return drawing, whole, tuple(notes)
 
 
-def _together(manuscripts: Sequence[Manuscript], page: Page) -> Manuscript:
+def _join_pages(manuscripts: Sequence[Manuscript], page: Page) -> Manuscript:
     """All that was written, and what is told of it, as of one page."""
     told = {name: [x for each in manuscripts for x in each.about.get(name, ())] for name in ("borrowed", "doubtful")}
     return Manuscript(tuple(line for each in manuscripts for line in each.lines), page, 0.0, told)
 
 
-def _tried(texts: Sequence[Text], task: WritingTask) -> tuple[dict[int, tuple[Drawing, Manuscript]], dict[str, str]]:
+def _try_texts(
+    texts: Sequence[Text], task: WritingTask
+) -> tuple[dict[int, tuple[Drawing, Manuscript]], dict[str, str]]:
     """The texts that can be written by their numbers, and why the others cannot."""
     layouts, left = dict[int, Layout](), dict[str, str]()
     for number, text in enumerate(texts):
@@ -68,15 +70,15 @@ def _tried(texts: Sequence[Text], task: WritingTask) -> tuple[dict[int, tuple[Dr
         except InputError as error:
             left[title(text.text)] = str(error).rstrip(".")
     try:
-        return _written(texts, layouts, task), left
+        return _write_texts(texts, layouts, task), left
     except InputError:  # which of them
         for number, layout in tuple(layouts.items()):
             try:
-                _written(texts, {number: layout}, task)
+                _write_texts(texts, {number: layout}, task)
             except InputError as error:
                 left[title(texts[number].text)] = str(error).rstrip(".")
                 del layouts[number]
-    return _written(texts, layouts, task), left
+    return _write_texts(texts, layouts, task), left
 
 
 def _scale(text: Text) -> float:
@@ -97,7 +99,7 @@ def _layout(text: Text, task: WritingTask) -> Layout:
     )
 
 
-def _written(
+def _write_texts(
     texts: Sequence[Text], layouts: dict[int, Layout], task: WritingTask
 ) -> dict[int, tuple[Drawing, Manuscript]]:
     """Some of the texts, each on a page of its own."""
@@ -108,7 +110,9 @@ def _written(
     return {number: (draw(sheet.manuscript, task, sheet.rng, {}, STROKES), sheet.manuscript) for number, sheet in pages}
 
 
-def _placed(texts: Sequence[Text], written: dict[int, tuple[Drawing, Manuscript]]) -> dict[int, tuple[Stroke, ...]]:
+def _place_texts(
+    texts: Sequence[Text], written: dict[int, tuple[Drawing, Manuscript]]
+) -> dict[int, tuple[Stroke, ...]]:
     """The strokes of every text where it belongs, mm on the drawing's page."""
     placed, chunk = dict[int, tuple[Stroke, ...]](), list[tuple[int, float]]()
     ends = {number for number, text in enumerate(texts) if text.x is not None} | {len(texts)}
@@ -126,12 +130,12 @@ def _placed(texts: Sequence[Text], written: dict[int, tuple[Drawing, Manuscript]
             for each, begin in chunk:
                 if each in written:
                     blank = _SPACE * texts[each].size * texts[each].text.startswith(" ")
-                    placed[each] = _moved(texts[each], written[each][0].strokes, start + begin + blank)
+                    placed[each] = _move_strokes(texts[each], written[each][0].strokes, start + begin + blank)
             chunk, at = [], 0.0
     return placed
 
 
-def _moved(text: Text, strokes: Sequence[Stroke], x: float) -> tuple[Stroke, ...]:
+def _move_strokes(text: Text, strokes: Sequence[Stroke], x: float) -> tuple[Stroke, ...]:
     """Strokes of a text that begins at x, px, on its baseline."""
     turn, scale = text.to_mm[:, :2], _scale(text)
     angle = math.atan2(turn[1, 0], turn[0, 0])
@@ -170,7 +174,7 @@ def _in_order(
     return tuple(strokes)
 
 
-def described(name: str, drawing: Drawing) -> tuple[str, Facts]:
+def describe_drawing(name: str, drawing: Drawing) -> tuple[str, Facts]:
     """What a drawing asks for, in a sentence and for JSON: its sheet, where it lies there, its pens and its layers."""
     width, height = drawing.page.width, drawing.page.height
     box = [round(side, 1) for side in drawing.bounds or (0.0, 0.0, 0.0, 0.0)]

@@ -203,7 +203,7 @@ class Pages:
     @property
     def tally(self) -> Tally:
         """What has been written."""
-        return Tally.of(self.manuscripts, self.drawings)
+        return Tally.from_pages(self.manuscripts, self.drawings)
 
 
 @dataclass(frozen=True)
@@ -231,7 +231,7 @@ class TextDocument:
         row : of a batch, each of which varies in its own way.
         """
         tell(0.0, "setting the text")
-        task, sheets = self.set(row)
+        task, sheets = self.set_pages(row)
         pages = list(sheets)
         about = {"title": title(self.text), "pages": len(pages)} | ({} if row is None else {"row": row})
         drawings = []
@@ -241,15 +241,15 @@ class TextDocument:
         manuscripts = [sheet.manuscript for sheet in pages]
         return Pages(manuscripts, drawings, lambda: tuple(word_places(manuscripts)))
 
-    def set(self, row: int | None = None) -> tuple[WritingTask, Iterator[Sheet]]:
+    def set_pages(self, row: int | None = None) -> tuple[WritingTask, Iterator[Sheet]]:
         """The pages, each set when it is asked for, and the task with the hand that has all their letters."""
         task, layout = self.task, self.layout or self.task.layout
         own = partial(each_page, self.text, layout=layout, pages=task.pages, fallback=task.fallback, slips=task.slips)
-        return _set(self.text, own, task, row)
+        return _set_text(self.text, own, task, row)
 
     def check(self, row: int | None = None) -> None:
         """Raise as `draw` would; pages are set only where their number is bounded, or nothing may be misread."""
-        set_, sheets = self.set(row)
+        set_, sheets = self.set_pages(row)
         bounded = self.task.pages is not None or (self.layout or self.task.layout).fit
         if set_.hand.pages is not None and (bounded or self.task.strict):
             for _ in sheets:
@@ -274,16 +274,16 @@ def set_parts(
                 raise DoesNotFit(f"{title(text)!r} is larger than its place.")
             yield sheet
 
-    return _set("\n".join(texts), compose, task, row)
+    return _set_text("\n".join(texts), compose, task, row)
 
 
 def try_parts(texts: Sequence[str], layouts: Sequence[Layout], task: WritingTask, row: int) -> list[Sheet | None]:
     """The same, as they are set before any word is read again; None for what is larger than its layout."""
-    hand, _ = _completed(task, "\n".join(texts))
+    hand, _ = _complete_hand_of(task, "\n".join(texts))
     return list(each_part(texts, hand, layouts, [task.seed, row], fallback=task.fallback))
 
 
-def _completed(task: WritingTask, text: str) -> tuple[Hand | ScannedHand, Sequence[Borrowed]]:
+def _complete_hand_of(task: WritingTask, text: str) -> tuple[Hand | ScannedHand, Sequence[Borrowed]]:
     """The hand of a task with the letters of a text, and which it lacked; a drawn one borrows as it writes."""
     if task.hand.pages is None and not task.fallback:
         return task.hand, []
@@ -292,14 +292,14 @@ def _completed(task: WritingTask, text: str) -> tuple[Hand | ScannedHand, Sequen
     return complete_hand(task.hand, text, fallback=task.fallback, seed=task.seed)
 
 
-def _set(
+def _set_text(
     text: str, compose: Callable[..., Iterator[Sheet]], task: WritingTask, row: int | None
 ) -> tuple[WritingTask, Iterator[Sheet]]:
     """What `compose` makes of a text in the hand of a task, as soon as it has all its letters."""
     author = task.hand
-    hand, lacking = _completed(task, text)
+    hand, lacking = _complete_hand_of(task, text)
     compose = partial(compose, hand=hand, seed=[task.seed] if row is None else [task.seed, row])
-    sheets = compose() if author.pages is None or hand.pages is None else _reread(compose, hand, author, task)
+    sheets = compose() if author.pages is None or hand.pages is None else _reread_text(compose, hand, author, task)
     task = replace(task, hand=hand)
     if any(letter.doubted for letter in lacking):
         sheets = iter(pages := list(sheets))
@@ -308,7 +308,7 @@ def _set(
         lacking = list(written_letters(lacking, placed, author))
     left_out = [*lacking, *find_unseen(text)]
     borrowed = [letter_facts(letter) if row is None else {"row": row, **letter_facts(letter)} for letter in left_out]
-    return task, (_with(sheet, "borrowed", borrowed) for sheet in sheets) if borrowed else sheets
+    return task, (_add_about(sheet, "borrowed", borrowed) for sheet in sheets) if borrowed else sheets
 
 
 def written_letters(
@@ -327,7 +327,7 @@ def written_letters(
             yield replace(letter, at=at)
 
 
-def _reread(
+def _reread_text(
     compose: Callable[..., Iterator[Sheet]], hand: ScannedHand, author: ScannedHand, task: WritingTask
 ) -> Iterator[Sheet]:
     """The pages of a text in a scanned hand, each with the words of it that read as others.
@@ -349,7 +349,7 @@ def _reread(
             for doubt in doubts
             if doubt.page == number
         ]
-        yield _with(sheet, "doubtful", here) if here else sheet
+        yield _add_about(sheet, "doubtful", here) if here else sheet
 
 
 def word_places(pages: Sequence[Manuscript]) -> Iterator[Facts]:
@@ -404,7 +404,7 @@ def letter_facts(letter: Borrowed) -> Facts:
     }
 
 
-def _with(sheet: Sheet, name: str, facts: Sequence[Facts]) -> Sheet:
+def _add_about(sheet: Sheet, name: str, facts: Sequence[Facts]) -> Sheet:
     about = {**sheet.manuscript.about, name: facts}
     return sheet._replace(manuscript=replace(sheet.manuscript, about=about))
 
@@ -450,7 +450,7 @@ def draw(
 
         speed = task.speed * (_HURRIED if task.fast else 1.0)
         drawing = trace(page, task.hand, rng, task.kinematics, speed=speed, jitter=task.layout.jitter)
-        drawing = _styled(_in_colour(drawing, task), task, rng) if drawing.strokes else drawing
+        drawing = _apply_style(_in_colour(drawing, task), task, rng) if drawing.strokes else drawing
         if drawing.strokes and task.pose.pose is not None:
             from handout.pipeline.poses import with_pose
 
@@ -463,7 +463,7 @@ def draw(
     return replace(drawing, about={**told, **about, **drawing.about})
 
 
-def _styled(drawing: Drawing, task: WritingTask, rng: np.random.Generator) -> Drawing:
+def _apply_style(drawing: Drawing, task: WritingTask, rng: np.random.Generator) -> Drawing:
     """A drawing in the style of the task; `about["style_losses"]` has what of it the style cannot show."""
     if task.style is None:
         return drawing

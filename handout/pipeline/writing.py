@@ -105,13 +105,13 @@ def open_document(
     return DrawingDocument(source.text, drawing, task, manuscript, (*notes, *told))
 
 
-def asked(document: Document, fit: Callable[[Drawing], Drawing] | None = None) -> tuple[list[str], Facts]:
-    """What a drawing asks for, see `svg_texts.described`, and of others nothing; `fit` : shrinks it onto a bed."""
+def describe_asked(document: Document, fit: Callable[[Drawing], Drawing] | None = None) -> tuple[list[str], Facts]:
+    """What a drawing asks for, see `describe_drawing`, and of others nothing; `fit` : shrinks it onto a bed."""
     if not isinstance(document, DrawingDocument):
         return [], {}
-    from handout.pipeline.svg_texts import described
+    from handout.pipeline.svg_texts import describe_drawing
 
-    sentence, facts = described(document.name, document.drawing if fit is None else fit(document.drawing))
+    sentence, facts = describe_drawing(document.name, document.drawing if fit is None else fit(document.drawing))
     return [sentence], {"drawing": facts}
 
 
@@ -121,7 +121,7 @@ def one_pen(document: Document) -> list[str]:
     return [f"{document.name} is in {named}, too: --layers colour stops for another pen."] if named else []
 
 
-def delivered(
+def deliver(
     tally: Tally,
     task: WritingTask,
     files: Sequence[Path],
@@ -175,7 +175,7 @@ def write(
     notes = (*notes, *style_notes(task, drawn), *losses(paths, drawn))
     even = machines.pressed_evenly() if task.pose.pose is not None else []
     words = tuple(pages.words()) if places else ()
-    return delivered(pages.tally, task, files, (*notes, *even, *task.given_notes), {"words": words} if words else {})
+    return deliver(pages.tally, task, files, (*notes, *even, *task.given_notes), {"words": words} if words else {})
 
 
 def export(
@@ -201,12 +201,12 @@ def export(
     pages, task = document.draw(STROKES), document.task
     files = write_drawings(pages.drawings, paths, extra=machines.sinks)
     even = machines.pressed_evenly() if task.pose.pose is not None else []
-    sentences, drawing = asked(document)
+    sentences, drawing = describe_asked(document)
     notes = (*sentences, *document.notes, *one_pen(document), *even, *style_notes(task, pages.drawings))
     times = {"devices": {name: round(seconds, 2) for name, seconds in machines.seconds.items()}}
     hooks_s = {name: round(seconds, 2) for name, seconds in machines.hooks_s.items()}
     hooks: Facts = {"dips": machines.dips, "hooks_s": hooks_s} if hooks_s else {}
-    return delivered(pages.tally, task, files, notes, {**times, **drawing}, hooks)
+    return deliver(pages.tally, task, files, notes, {**times, **drawing}, hooks)
 
 
 def write_sent(

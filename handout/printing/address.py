@@ -31,26 +31,26 @@ _STATE_AND_ZIP = re.compile(r"[A-Z]{2} \d{5}(-\d{4})?\Z")
 
 
 def tidy(cell: str) -> str:
-    """A cell without what `unseen` finds in it, with single spaces; line breaks are kept."""
+    """A cell without what `find_unseen` finds in it, with single spaces; line breaks are kept."""
     text = re.sub("\r\n|[\r\v\f\u0085\u2028\u2029]", "\n", unicodedata.normalize("NFC", cell))
     text = "".join(c for c in text if c in "\n\t\u200d" or unicodedata.category(c) not in ("Cc", "Cf"))
     return "\n".join(line for line in (" ".join(part.split()) for part in text.split("\n")) if line)
 
 
-def unseen(cell: str) -> list[str]:
+def find_unseen(cell: str) -> list[str]:
     """The invisible characters of a cell; what joins the parts of an emoji is none."""
     kept = "\n\t\r\v\f\u0085\u200d"
     return [f"U+{ord(c):04X}" for c in cell if c not in kept and unicodedata.category(c) in ("Cc", "Cf")]
 
 
-def _first(fields: Fields, role: str) -> str:
+def _first_of(fields: Fields, role: str) -> str:
     return fields[role][0] if fields.get(role) else ""
 
 
 def person(fields: Fields) -> str:
     """One person's name on one line: titles, name or parts of it, suffix."""
     parts = [cell for role in ("first", "middle", "last") for cell in fields.get(role, ())]
-    name = _first(fields, "name") or " ".join(parts)
+    name = _first_of(fields, "name") or " ".join(parts)
     # what opens a letter, as "Dear" does, is not written on an envelope
     titles = [title for title in fields.get("title", ()) if not {*title.casefold().split()[:1]} & _GREETINGS]
     if not name:
@@ -79,7 +79,7 @@ def _drop_repeats(lines: Sequence[str]) -> list[str]:
 
 
 def _street_lines(fields: Fields, country: Country, number_first: bool) -> list[str]:
-    street, number = _first(fields, "street"), _first(fields, "number")
+    street, number = _first_of(fields, "street"), _first_of(fields, "number")
     if country.number_first is not None:
         number_first = country.number_first
     parts = (number, street) if number_first else (street, number)
@@ -92,10 +92,10 @@ def _street_lines(fields: Fields, country: Country, number_first: bool) -> list[
 
 def _order_lines(fields: Fields, country: Country, number_first: bool) -> list[str]:
     """The lines of an address whose parts are known, in the order of its country (see `Country.order`)."""
-    city, state, code = (_first(fields, role) for role in ("city", "state", "postcode"))
+    city, state, code = (_first_of(fields, role) for role in ("city", "state", "postcode"))
     order = country.order.split("%n")
     if fields.get("place"):  # in one cell, and written as it stands there
-        city, code = _first(fields, "place"), ""
+        city, code = _first_of(fields, "place"), ""
         order = [*[line for line in order if line in ("%N", "%O")], "%A", "%C"]
     if len(city) > 2 and any(city.casefold() in re.sub("%.", "", line).casefold() for line in order):
         city = ""  # the order has it, as that of Singapore
@@ -167,11 +167,11 @@ def _block(text: str, names: Sequence[str]) -> tuple[list[str], list[str]]:
 
 def _mend(fields: Fields) -> tuple[Fields, list[str]]:
     """The fields with a place in one cell split where that is possible, and a postal code "62704.0" whole; warnings."""
-    parts, mended = place_parts(_first(fields, "place")), dict(fields)
+    parts, mended = place_parts(_first_of(fields, "place")), dict(fields)
     if parts and not set(parts) & set(fields):
         del mended["place"]
         mended |= {role: [value] for role, value in parts.items()}
-    code = _first(mended, "postcode")
+    code = _first_of(mended, "postcode")
     if not re.fullmatch(r"\d+\.0+", code):
         return mended, []
     mended["postcode"] = [code.split(".")[0]]
@@ -194,20 +194,20 @@ def lines(fields: Fields, number_first: bool = False) -> tuple[tuple[str, ...], 
         (lines, warnings, problem); `lines` is empty where `problem` is not.
     """
     fields, warnings = _mend(fields)
-    country_name = _first(fields, "country")
+    country_name = _first_of(fields, "country")
     country = (
         countries.find(country_name)
         if country_name
-        else countries.guess(_first(fields, "postcode"), _first(fields, "state"))
+        else countries.guess(_first_of(fields, "postcode"), _first_of(fields, "state"))
     ) or countries.UNKNOWN
     if set(fields) & PARTS:
         written = _order_lines(fields, country, number_first)
         if not set(fields) & {"city", "place", "postcode"}:
             warnings.append("it names no city")
-        if odd := countries.postcode_warning(_first(fields, "postcode"), country):
+        if odd := countries.postcode_warning(_first_of(fields, "postcode"), country):
             warnings.append(odd)
     elif fields.get("address"):
-        written, doubts = _block(_first(fields, "address"), [*_people(fields), *_firm(fields), *_care(fields)])
+        written, doubts = _block(_first_of(fields, "address"), [*_people(fields), *_firm(fields), *_care(fields)])
         warnings += doubts
     else:
         return (), warnings, _NOTHING if fields else "it is empty"

@@ -9,9 +9,9 @@ from dataclasses import dataclass, field, replace
 
 from handout.errors import TableError
 from handout.printing import address, countries
-from handout.printing.column_names import KINDS, SETTINGS, normalised
+from handout.printing.column_names import KINDS, SETTINGS, normalise
 from handout.printing.columns import ADDRESS, LABEL, NAME_PARTS, PEOPLE, PLACES, Column
-from handout.printing.rows import TableRow, named
+from handout.printing.rows import TableRow, name_rows
 
 # of these an address has one: two that differ cannot both be written
 _SINGLE = ("postcode", "city", "state", "country", "number", "place", "address")
@@ -103,7 +103,7 @@ def _name_cells(columns: Sequence[Column], texts: Sequence[str]) -> dict[str, st
     return {name: text for name, text in zip(cell_names(columns), texts, strict=False) if name}
 
 
-def unaddressed(number: int, texts: Sequence[str], columns: Sequence[Column]) -> TableRow:
+def without_address(number: int, texts: Sequence[str], columns: Sequence[Column]) -> TableRow:
     """A row of which no address is wanted."""
     cells = [Cell(column, text) for column, text in zip(columns, texts, strict=False) if text]
     return TableRow(number, (), (), _unreadable(texts, columns, cells), _name_cells(columns, texts))
@@ -139,7 +139,7 @@ def _choose_kind(number: int, cells: Sequence[Cell], wanted: str, account: Colum
 
 def _read_labels(cells: Sequence[Cell]) -> dict[str, str]:
     """Kind of address → the kind that a cell of its label says it is."""
-    return {cell.column.kind: KINDS.get(key := normalised(cell.text), key) for cell in cells if cell.role == LABEL}
+    return {cell.column.kind: KINDS.get(key := normalise(cell.text), key) for cell in cells if cell.role == LABEL}
 
 
 def _kinds_held(cells: Sequence[Cell]) -> list[str]:
@@ -194,7 +194,7 @@ def _check_single(number: int, chosen: Sequence[Cell]) -> None:
 
 def _normalise_cell(cell: Cell) -> str:
     country = countries.find(cell.text) if cell.role == "country" else None
-    return country.code if country else normalised(cell.text)
+    return country.code if country else normalise(cell.text)
 
 
 def _collect_fields(chosen: Sequence[Cell]) -> dict[str, list[str]]:
@@ -247,22 +247,22 @@ def _collect_people(chosen: Sequence[Cell]) -> list[str]:
 
 def _note_written(number: int, chosen: Sequence[Cell], lines: Sequence[str], account: ColumnAccount) -> None:
     """Note which cells are in the lines, and which are not."""
-    written = {normalised(word) for line in lines for word in re.findall(r"\w+", line)}
+    written = {normalise(word) for line in lines for word in re.findall(r"\w+", line)}
     for cell in chosen:
         text = cell.text.split(".")[0] if cell.role == "postcode" else cell.text
-        lost = [word for word in map(normalised, re.findall(r"\w+", text)) if word and word not in written]
+        lost = [word for word in map(normalise, re.findall(r"\w+", text)) if word and word not in written]
         if lost and cell.role != "country":
             account.unwritten.setdefault(cell.column.number, []).append(number)
         else:
             account.written.add(cell.column.number)
 
 
-def questioned(rows: Sequence[TableRow], account: ColumnAccount) -> tuple[list[TableRow], list[str]]:
+def warn_of_codes(rows: Sequence[TableRow], account: ColumnAccount) -> tuple[list[TableRow], list[str]]:
     """The rows with warnings of doubtful postal codes; a doubt about all rows is one note instead."""
     doubts = {number: doubt for number, doubt in account.code_doubts.items() if doubt}
     if len(doubts) > _FEW and len(doubts) == len(account.code_doubts):
         numbers = [row.number for row in rows]
-        return list(rows), [f"{named(sorted(doubts), numbers)}: {next(iter(doubts.values()))}"]
+        return list(rows), [f"{name_rows(sorted(doubts), numbers)}: {next(iter(doubts.values()))}"]
     return [
         replace(row, warnings=(*row.warnings, doubts[row.number])) if row.number in doubts else row for row in rows
     ], []
@@ -283,13 +283,13 @@ def notes(
         phrases.append(f"{'this column is' if len(unused) == 1 else 'these columns are'} not used: {', '.join(unused)}")
     for column in left:
         if column.number in account.unwritten:
-            rows = named(account.unwritten[column.number], numbers)
+            rows = name_rows(account.unwritten[column.number], numbers)
             phrases.append(f"what {column.name} holds is not written in {rows}: {_why_unwritten(column)}")
     for kind, others in account.other_addresses.items():
         has = "has" if len(others) == 1 else "have"
         choice = f"--address {kind} chooses it" if kind else "without --address it is"
         phrases.append(
-            f"{named(others, numbers)} {has} {_with_article(kind)} address too, which is not written; {choice}"
+            f"{name_rows(others, numbers)} {has} {_with_article(kind)} address too, which is not written; {choice}"
         )
     if not any(column.role in ("street", "box", "address", "street2") for column in columns):
         phrases.append("no column is read as a street")

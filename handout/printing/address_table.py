@@ -10,7 +10,7 @@ from typing import Any
 from handout.errors import TableError
 from handout.printing import address_rows, rows
 from handout.printing.address_rows import ColumnAccount
-from handout.printing.column_names import KINDS, SETTINGS, normalised
+from handout.printing.column_names import KINDS, SETTINGS, normalise
 from handout.printing.columns import (
     LABEL,
     Column,
@@ -18,9 +18,9 @@ from handout.printing.columns import (
     addressable,
     assign,
     columns,
+    name_understood,
     names_any,
     read_assignments,
-    understood,
 )
 from handout.printing.rows import TableRow
 from handout.printing.table_files import TableRecord, TableSheet, header_candidates, read_sheet
@@ -119,7 +119,7 @@ def read_rows(path: Path, columns: Sequence[str] = ()) -> Addresses:
     """
     table = _read_table(path, columns)
     records, notes = _records_below(table)
-    made = ((record, address_rows.unaddressed(n, record.cells, table.columns)) for n, record in records)
+    made = ((record, address_rows.without_address(n, record.cells, table.columns)) for n, record in records)
     rows_ = tuple(_add_encoding_warning(row, table.sheet, record) for record, row in made)
     return Addresses(rows_, notes=(*table.sheet.notes, *table.notes, *notes), columns=tuple(table.columns))
 
@@ -144,7 +144,7 @@ def _find_header(path: Path, sheet: TableSheet, assignments: Sequence[ColumnAssi
         return _Table(path, sheet, 0, [Column(n, "") for n in range(1, width + 1)], (note,))
     above = [n for n in candidates if n < header]
     verb = "is" if len(above) == 1 else "are"
-    skipped = (f"{rows.named(above)} above the header {verb} not read",) if above else ()
+    skipped = (f"{rows.name_rows(above)} above the header {verb} not read",) if above else ()
     return _Table(path, sheet, header, columns_of[header], skipped)
 
 
@@ -190,13 +190,13 @@ def _records_below(table: _Table) -> tuple[list[tuple[int, TableRecord]], list[s
             continue
         if table.header and [text for cell in record.cells if (text := _one_line(cell))] == header:
             repeated.append(n)
-        elif record.filled:
+        elif record.is_filled:
             records.append((n, record))
     if not records:
         where = f"below the header in row {table.header}" if table.header else "in it"
         raise TableError(f"{table.path}: there are no addresses {where}.")
     verb = "is" if len(repeated) == 1 else "are"
-    notes = [f"the header comes again in {rows.named(repeated)}, which {verb} skipped"] if repeated else []
+    notes = [f"the header comes again in {rows.name_rows(repeated)}, which {verb} skipped"] if repeated else []
     return records, [*notes, *_unseen_note(records)]
 
 
@@ -204,7 +204,7 @@ def _unseen_note(records: Sequence[tuple[int, TableRecord]]) -> Iterator[str]:
     """A note on the invisible characters of some rows, where there are any."""
     chars = list(dict.fromkeys(char for _, record in records for char in record.unseen))
     if chars:
-        where = rows.named([n for n, record in records if record.unseen])
+        where = rows.name_rows([n for n, record in records if record.unseen])
         yield f"what is invisible in {where} is not written: {', '.join(chars[:_MOST_NAMED])}"
 
 
@@ -219,7 +219,7 @@ def _build_addresses(
         except TableError as error:
             raise TableError(f"{table.path}: {error}") from None
         addressed.append(_add_encoding_warning(row, table.sheet, record))
-    addressed, doubts = address_rows.questioned(addressed, account)
+    addressed, doubts = address_rows.warn_of_codes(addressed, account)
     if not account.has_names and not nameless and any(row.lines for row in addressed):
         raise TableError(_explain_nameless(table))
     cells, numbers = [record.cells for _, record in records], [row.number for row in addressed]
@@ -275,7 +275,7 @@ def _find_kind(address: str, columns: Sequence[Column]) -> str:
     if not address:
         return ""
     kinds = list(dict.fromkeys(column.kind for column in columns if column.kind))
-    wanted = KINDS.get(normalised(address), normalised(address))
+    wanted = KINDS.get(normalise(address), normalise(address))
     if wanted in kinds or any(column.role == LABEL for column in columns):
         return wanted
     has = f"has {', '.join(kinds)}" if kinds else "has one address a row"
@@ -296,7 +296,7 @@ def _explain_unaddressable(table: _Table) -> str:
             f"{where}; it looks like an address itself, as if the table had no header: write one above it, or say what "
             f'the columns hold by their places, such as --columns "{places}".'
         )
-    return f"{where}; found: {named}; understood: {understood()}; or {address_rows.WAY_OUT}."
+    return f"{where}; found: {named}; understood: {name_understood()}; or {address_rows.WAY_OUT}."
 
 
 def _explain_nameless(table: _Table) -> str:

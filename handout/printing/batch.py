@@ -100,15 +100,18 @@ def make_rows(
         todo = remaining(journal, sender.devices, todo.fresh, copies, again)
         left = todo.rows  # worked out once: a table may have 100,000
         chosen = [row for row in chosen if row.problem or row.number in left]
-    checked = Checked(wanted=_makeable(chosen), said=journal.told)
+    checked = Checked(wanted=_makeable(chosen), said=journal.damage_notes)
     if options.all_or_none and sender is not None:
         _check_rows((check or make)(chosen), len(chosen), tell)
     taken, jobs = _take_rows(make(chosen), place, copies, checked), tuple[Job, ...]()
     if sender is not None:
         taken = _skip_lost(taken, checked, todo, journal, again)
         jobs = sender.send_rows(taken, BatchRun(checked, _makeable(rows), journal, todo), tell)
-    else:
-        _make_files(taken, checked, options, len(chosen), tell)
+    else:  # for a file, which appears whole or not at all
+        for number, _ in enumerate(taken):
+            tell_rows(tell, "make", number, len(chosen))
+        if options.all_or_none and checked.failed:
+            raise RowsRefused(checked.failed, checked.warnings)
     place.finish()
     done = tuple(sorted({*checked.done, *(piece.row for piece in todo.wait)}))
     before, unknown = tuple(todo.done), tuple(todo.unknown)
@@ -152,16 +155,6 @@ def _skip_lost(
             checked.wanted.remove(row)
             checked.done.remove(row)
             yield []
-
-
-def _make_files(
-    taken: Iterable[Sequence[Piece]], checked: Checked, options: BatchOptions, total: int, tell: Tell
-) -> None:
-    """Make all rows, for a file that appears whole or not at all."""
-    for number, _ in enumerate(taken):
-        tell_rows(tell, "make", number, total)
-    if options.all_or_none and checked.failed:
-        raise RowsRefused(checked.failed, checked.warnings)
 
 
 def _check_rows(checked: Iterable[PreparedRow], total: int, tell: Tell) -> None:

@@ -126,7 +126,7 @@ _WHOLE_ADDRESS = """full address, address block, formatted, formatted address, A
     dirección completa, indirizzo completo, volledig adres"""
 
 
-def normalised(header: str) -> str:
+def normalise(header: str) -> str:
     """A header without case, accents, spaces and punctuation: ``" Straße / Nr. "`` → ``"strassenr"``."""
     plain = unicodedata.normalize("NFKD", unicodedata.normalize("NFKD", header).casefold())
     return "".join(c for c in plain if c.isalnum())
@@ -140,23 +140,23 @@ def identifier(header: str) -> str:
     return f"c{name}" if name[:1].isdigit() else name
 
 
-def _listed(text: str) -> list[str]:
-    return [header for header in text.replace("\n", ",").split(",") if normalised(header)]
+def _split_headers(text: str) -> list[str]:
+    return [header for header in text.replace("\n", ",").split(",") if normalise(header)]
 
 
-def _inverted(table: dict[str, str]) -> dict[str, str]:
+def _invert(table: dict[str, str]) -> dict[str, str]:
     """Normalised header → what it means; of two meanings the first."""
     meanings: dict[str, str] = {}
     for meaning, headers in table.items():
-        for header in _listed(headers):
-            meanings.setdefault(normalised(header), meaning)
+        for header in _split_headers(headers):
+            meanings.setdefault(normalise(header), meaning)
     return meanings
 
 
-ROLES = _inverted(_ROLES)
+ROLES = _invert(_ROLES)
 # what a column may say of how its row is made; no header means it by itself
 SETTINGS = ("text", "hand", "pen", "language", "copies")
 ROLE_NAMES = (*_ROLES, *SETTINGS)
-KINDS = _inverted(_KINDS)
-FILLERS = frozenset(map(normalised, _listed(_FILLERS)))
-WHOLE_ADDRESS = tuple(map(normalised, _listed(_WHOLE_ADDRESS)))
+KINDS = _invert(_KINDS)
+FILLERS = frozenset(map(normalise, _split_headers(_FILLERS)))
+WHOLE_ADDRESS = tuple(map(normalise, _split_headers(_WHOLE_ADDRESS)))

@@ -22,7 +22,7 @@ from handout.printing.column_names import (
     ROLE_NAMES,
     ROLES,
     WHOLE_ADDRESS,
-    normalised,
+    normalise,
 )
 
 # of a column that says which of several addresses its neighbours hold ("Address 1 - Label")
@@ -94,19 +94,19 @@ def meaning(header: str) -> Meaning | None:
     if len(header) > _LONGEST_HEADER:
         return None
     singular = _PLURAL.sub("", header)
-    simple = _listed(singular) or _numbered(singular) or _without_fillers(singular)
+    simple = _find_listed(singular) or _find_numbered(singular) or _without_fillers(singular)
     if simple is not None and simple.role != "name":
         return simple
-    parts = [part for part in _BETWEEN.split(singular) if part and normalised(part)]
-    combined = _combined(parts) or _combined(_segments(singular), spaced=True)
+    parts = [part for part in _BETWEEN.split(singular) if part and normalise(part)]
+    combined = _combine_names(parts) or _combine_names(_segments(singular), spaced=True)
     # of a name the order of its parts matters: "Name, Vorname"
     return combined if simple is None or (combined and combined.role == "name") else simple
 
 
-def _listed(header: str) -> Meaning | None:
+def _find_listed(header: str) -> Meaning | None:
     """The meaning of a listed header; text in brackets, a final s and a final number may be left out of it."""
     for text in (header, re.sub(r"\(.*?\)", " ", header)):
-        name = normalised(text)
+        name = normalise(text)
         role = ROLES.get(name) or (ROLES.get(name.removesuffix("s")) if len(name) > 4 else None)
         role = role or (ROLES.get(name.rstrip("0123456789")) if name[:-1] else None)
         if role is not None and not (name not in ROLES and name[-1].isdigit() and role not in NAME_PARTS):
@@ -114,13 +114,13 @@ def _listed(header: str) -> Meaning | None:
     return None
 
 
-def _numbered(header: str) -> Meaning | None:
+def _find_numbered(header: str) -> Meaning | None:
     """The meaning of a header such as "Address 1 - Street", of an address book with several addresses."""
     match = _NUMBERED.match(header.strip())
     if match is None:
         return None
     number, rest = match.groups()
-    if normalised(rest) in LABELS:
+    if normalise(rest) in LABELS:
         return Meaning(LABEL, number)
     part = meaning(rest)
     return part._replace(kind=number) if part and part.role in ADDRESS else None
@@ -134,13 +134,13 @@ def _without_fillers(header: str) -> Meaning | None:
     """The meaning of a header without the words for whose or which address: "Guest name", "Home Street 2"."""
     words = _words(header)
     for i, word in enumerate(words):
-        kind, rest = KINDS.get(normalised(word), ""), " ".join((*words[:i], *words[i + 1 :]))
-        if not rest or not (kind or normalised(word) in FILLERS):
+        kind, rest = KINDS.get(normalise(word), ""), " ".join((*words[:i], *words[i + 1 :]))
+        if not rest or not (kind or normalise(word) in FILLERS):
             continue
-        sense = _listed(rest) or _without_fillers(rest)
-        if sense is not None and normalised(rest) not in AMBIGUOUS_NUMBERS and _fits_kind(sense.role, kind):
+        sense = _find_listed(rest) or _without_fillers(rest)
+        if sense is not None and normalise(rest) not in AMBIGUOUS_NUMBERS and _fits_kind(sense.role, kind):
             return sense._replace(kind=kind or sense.kind)
-    name = normalised(header)
+    name = normalise(header)
     for prefix in _PREFIXES:  # Lieferstraße, Gastname
         rest = name.removeprefix(prefix)
         if rest != name and rest in ROLES and rest not in AMBIGUOUS_NUMBERS:
@@ -154,9 +154,9 @@ def _fits_kind(role: str, kind: str) -> bool:
     return not kind or role in ADDRESS or (kind in ("shipping", "billing") and role in NAME_PARTS | {"company"})
 
 
-def _combined(names: Sequence[str], spaced: bool = False) -> Meaning | None:
+def _combine_names(names: Sequence[str], spaced: bool = False) -> Meaning | None:
     """The meaning of a header that names several things: "City/State/Zip", or with `spaced` "City ST Zip"."""
-    meanings = [sense for name in names if (sense := _listed(name) or _without_fillers(name)) is not None]
+    meanings = [sense for name in names if (sense := _find_listed(name) or _without_fillers(name)) is not None]
     roles = tuple(sense.role for sense in meanings)
     kinds = {sense.kind for sense in meanings if sense.kind}
     if len(roles) < max(len(names), 2) or len(kinds) > 1:
@@ -186,17 +186,17 @@ def _segments(header: str) -> list[str]:
     """The listed headers that a header is made of, with only spaces between them; empty if it is not."""
     words = _words(header)
 
-    def split(start: int) -> list[str] | None:
+    def split_words(start: int) -> list[str] | None:
         if start == len(words):
             return []
         for end in range(len(words), start, -1):
             text = " ".join(words[start:end])
-            rest = split(end) if normalised(text) in ROLES else None
+            rest = split_words(end) if normalise(text) in ROLES else None
             if rest is not None:
                 return [text, *rest]
         return None
 
-    return (split(0) or []) if 1 < len(words) <= _MOST_WORDS else []
+    return (split_words(0) or []) if 1 < len(words) <= _MOST_WORDS else []
 
 
 def columns(headers: Sequence[str]) -> list[Column]:
@@ -222,7 +222,7 @@ def _replace_role(column: Column, role: str | None) -> Column:
 
 def _role_beside(column: Column, roles: set[str | None]) -> str | None:
     """The role of a column, given the roles of all columns of the same kind of address."""
-    name, simple = normalised(column.header), not column.parts
+    name, simple = normalise(column.header), not column.parts
     match column.role:
         case "name" if simple and name in AMBIGUOUS_NAMES and ("first" in roles) != ("last" in roles):
             return "last" if "first" in roles else "first"
@@ -238,7 +238,7 @@ def _role_beside(column: Column, roles: set[str | None]) -> str | None:
 def _is_running_number(row: Sequence[Column], i: int) -> bool:
     """Whether a column "Nr." counts the rows: only right beside the street is it taken for the house number."""
     near = {column.role for column in row[max(i - 1, 0) : i + 2]}
-    return row[i].role == "number" and normalised(row[i].header) in AMBIGUOUS_NUMBERS and "street" not in near
+    return row[i].role == "number" and normalise(row[i].header) in AMBIGUOUS_NUMBERS and "street" not in near
 
 
 def addressable(row: Iterable[Column]) -> bool:
@@ -246,7 +246,7 @@ def addressable(row: Iterable[Column]) -> bool:
     return any(column.role in PLACES for column in row)
 
 
-def understood() -> str:
+def name_understood() -> str:
     """A few of the headers that are understood, for an error message."""
     return (
         "name, first name, last name, company, street, address 2, postal code, city, state, country or address "
@@ -331,7 +331,7 @@ def _assign_role(column: Column, roles: dict[int, str | None]) -> Column:
 
 def _places(wanted: str, headers: Sequence[str]) -> list[int]:
     """The places, from 1, of all columns of that header; where there are none and it is a number, that place."""
-    for same in (lambda text: " ".join(text.split()).casefold(), normalised):
+    for same in (lambda text: " ".join(text.split()).casefold(), normalise):
         places = [n for n, header in enumerate(headers, 1) if header and same(header) == same(wanted)]
         if places:
             return places

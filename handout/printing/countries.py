@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
 
-from handout.printing.column_names import normalised
+from handout.printing.column_names import normalise
 
 _CONTINENTAL = "%N%n%O%n%A%n%Z %C"  # of addresses without a country
 
@@ -66,8 +66,8 @@ def _aliases() -> tuple[dict[str, str], dict[str, str]]:
     """Codes, and names, that are normalised and not the CLDR's → ISO code."""
     codes = dict(entry.split() for entry in _CODES.split(","))
     rows = (line.split(" ", 1) for line in _NAMES.strip().splitlines())
-    names = {normalised(name): code for code, given in rows for name in given.split(",")}
-    return {normalised(alias): code for alias, code in codes.items()}, names
+    names = {normalise(name): code for code, given in rows for name in given.split(",")}
+    return {normalise(alias): code for alias, code in codes.items()}, names
 
 
 @cache
@@ -115,7 +115,7 @@ def _names(language: str) -> dict[str, str]:
         territories = Locale.parse(language).territories
     except (ValueError, UnknownLocaleError):  # that Babel has no names in
         return {}
-    return {normalised(name): code for code, name in territories.items() if len(code) == 2}
+    return {normalise(name): code for code, name in territories.items() if len(code) == 2}
 
 
 @cache
@@ -129,7 +129,7 @@ def _languages() -> tuple[str, ...]:
 
 
 @cache
-def _named(name: str) -> str:
+def _find_code(name: str) -> str:
     """The code of the country of a normalised name in any language; "" if there is none."""
     if name in _aliases()[1]:
         return _aliases()[1][name]
@@ -138,11 +138,11 @@ def _named(name: str) -> str:
 
 def find(name: str) -> Country | None:
     """The country of that name or code, in any language; None if unknown."""
-    called = normalised(name)
+    called = normalise(name)
     if not called or any(letter.isdigit() for letter in called):
         return None
     is_code = len(called) <= 3 and called not in _aliases()[1]
-    code = (_iso(called) if is_code else "") or _named(called)
+    code = (_iso(called) if is_code else "") or _find_code(called)
     return _of_code(code) if code else None
 
 
@@ -172,7 +172,7 @@ def short_code(lines: Sequence[str]) -> str:
 
 def last_line(cell: str) -> str:
     """The country as it stands in the last line: in capitals, in the sender's own word, a code spelt out."""
-    called, country = normalised(cell), find(cell)
+    called, country = normalise(cell), find(cell)
     is_code = country is not None and len(called) <= 3 and called not in _aliases()[1]
     return country.name if country and is_code else cell.upper()
 

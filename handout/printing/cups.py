@@ -63,7 +63,7 @@ class CupsQueue(Queue):
         """What the print system says of a job, in IPP: ``lpstat`` does not tell printed from cancelled."""
         number = job.rpartition("-")[2]
         try:
-            done = _run(["lpstat", "-H"])
+            done = _run_command(["lpstat", "-H"])
             server = done.stdout.strip() if done is not None and done.returncode == 0 else ""
             # one that is reached through a socket in a folder listens on its port too
             host = server if server and not server.startswith("/") else "localhost:631"
@@ -101,7 +101,7 @@ class CupsQueue(Queue):
 
     def _submit(self, command: Sequence[str]) -> subprocess.CompletedProcess[str]:
         for pause in (*_PAUSES, None):
-            done = _run(command)
+            done = _run_command(command)
             if done is None:
                 raise PrinterError(NO_LP)
             if done.returncode == 0 or "busy" not in done.stderr.lower() or pause is None:
@@ -112,19 +112,19 @@ class CupsQueue(Queue):
 
 def queues() -> list[str]:
     """The names of the print queues of this computer; none where there is no print system."""
-    done = _run(["lpstat", "-e"])
+    done = _run_command(["lpstat", "-e"])
     return sorted(done.stdout.split()) if done is not None and done.returncode == 0 else []
 
 
 def default() -> str:
     """The system's default queue; empty where there is none."""
-    done = _run(["lpstat", "-d"])
+    done = _run_command(["lpstat", "-d"])
     if done is None or done.returncode != 0 or ":" not in done.stdout:
         return ""
     return done.stdout.partition(":")[2].strip()
 
 
-def _run(command: Sequence[str]) -> subprocess.CompletedProcess[str] | None:
+def _run_command(command: Sequence[str]) -> subprocess.CompletedProcess[str] | None:
     """The command's result, its words in English; None where it is not installed."""
     english = {**os.environ, "LC_ALL": "C"}
     try:

@@ -31,7 +31,7 @@ from typing import Any, Literal, NamedTuple, get_args
 from handout import journal_lines, shipped
 from handout.errors import InputError, reason
 from handout.journal_lines import Damage, JournalFile, cannot, seal
-from handout.printing.rows import TableRow, named
+from handout.printing.rows import TableRow, name_rows
 
 State = Literal["sending", "sent", "completed", "failed", "doubtful"]
 _TABLE, _HAND = "content of the table", "content of the hand's file"
@@ -200,9 +200,9 @@ class Journal(JournalRun):
         with self._lock:
             self.parts[pieces[0].row] = tuple(dict.fromkeys(piece.part for piece in pieces))
             for piece in pieces:
-                self.note(piece, "doubtful", why=self.why)
+                self.note(piece, "doubtful", why=self.why_unknown)
             self.settle()
-        return self.why
+        return self.why_unknown
 
     def settle(self) -> None:
         """One row more of those that may have been lost is accounted for."""
@@ -211,12 +211,12 @@ class Journal(JournalRun):
             self._write({"settled": True})
 
     @property
-    def told(self) -> list[str]:
+    def damage_notes(self) -> list[str]:
         """What has to be said of it."""
         return [f"line {self.damaged} of the journal {self.path} is damaged"] if self.damaged else []
 
     @property
-    def why(self) -> str:
+    def why_unknown(self) -> str:
         """Why nothing is known of a page."""
         return f"whether it was sent is not known: its journal is damaged at line {self.damaged}"
 
@@ -259,7 +259,7 @@ def begin(what: Batch, seed: int, place: Path | None = None, afresh: bool = Fals
     path = _path(what, place)
     file = JournalFile(path, _BUSY)
     with _closing_if_refused(file):
-        before = _read(file.lines)
+        before = _read_run(file.lines)
         if before is not None and not before.head:  # nor is it known whose batch it was
             raise InputError(_explain_lost_head(before, what, path))
         if before is not None and before.ended != "done" and not afresh:
@@ -285,7 +285,7 @@ def resume(what: Batch, place: Path | None = None) -> Journal:
         raise InputError(_explain_nothing_to_resume(what, place or folder()))
     file = JournalFile(path, _BUSY)
     with _closing_if_refused(file):
-        last = _read(file.lines)
+        last = _read_run(file.lines)
         if last is None:
             raise InputError(_explain_nothing_to_resume(what, place or folder()))
         if not last.head:
@@ -316,8 +316,10 @@ def _explain_lost_head(run: JournalRun, what: Batch, path: Path) -> str:
     states = {row: {step.state for piece, step in run.steps.items() if piece.row == row} for row in run.parts}
     done = [row for row, found in sorted(states.items()) if found == {"completed"}]
     open_ = [row for row, found in sorted(states.items()) if found != {"completed"}]
-    told = [f"all that is known is that {named(done)} came out"] if done else ["of no row is known that it came out"]
-    told += [f"look what became of {named(open_)}"] if open_ else []
+    told = (
+        [f"all that is known is that {name_rows(done)} came out"] if done else ["of no row is known that it came out"]
+    )
+    told += [f"look what became of {name_rows(open_)}"] if open_ else []
     return (
         f"The batch of {what.table.name} cannot be gone on with: its journal is damaged at line {run.damaged}, where "
         f"it said how it was begun; {'; '.join(told)}. Look which sheets are there, and print the others with "
@@ -328,7 +330,7 @@ def _explain_lost_head(run: JournalRun, what: Batch, path: Path) -> str:
 def last_run(table: Path, place: Path | None = None) -> JournalRun | None:
     """The newest run of a table in this file, whatever was made of it; None if there was none."""
     paths = sorted((place or folder()).glob("*.jsonl"), key=lambda path: path.stat().st_mtime, reverse=True)
-    runs = (run for path in paths if (run := _read(journal_lines.read(path))) is not None)
+    runs = (run for path in paths if (run := _read_run(journal_lines.read(path))) is not None)
     return next((run for run in runs if run.head.get("table") == str(table.resolve())), None)
 
 
@@ -345,7 +347,7 @@ def _now() -> str:
     return datetime.now().isoformat(timespec="seconds")
 
 
-def _read(lines: Iterable[str | Damage]) -> JournalRun | None:
+def _read_run(lines: Iterable[str | Damage]) -> JournalRun | None:
     """The last run in a journal; None if it holds none."""
     run, gap = None, None
     for line in lines:
@@ -403,9 +405,9 @@ def _change(name: str, was: object, now: object) -> str:
     if name.startswith("content of "):
         return f"the {name} has changed since"
     if name == "program":
-        return f"it was begun by {_shown(was)}, and this is {_shown(now)}"
-    return f"--{name.removesuffix('_name').replace('_', '-')} was {_shown(was)} and is now {_shown(now)}"
+        return f"it was begun by {_show_value(was)}, and this is {_show_value(now)}"
+    return f"--{name.removesuffix('_name').replace('_', '-')} was {_show_value(was)} and is now {_show_value(now)}"
 
 
-def _shown(value: object) -> str:
+def _show_value(value: object) -> str:
     return "not given" if value in (None, "", False) else str(value)

@@ -104,7 +104,7 @@ class Feeding:
     nudge: tuple[float, float]
 
     @classmethod
-    def of(cls, page: Page, profile: Printer) -> Feeding:
+    def for_page(cls, page: Page, profile: Printer) -> Feeding:
         """How this printer is fed with such a page.
 
         Raises
@@ -151,7 +151,7 @@ class Feeding:
 
 def page_margins(page: Page, profile: Printer) -> tuple[float, float, float, float]:
     """What of a page, as it is read, this printer cannot print on: (top, right, bottom, left), mm."""
-    feeding = Feeding.of(page, msgspec.structs.replace(profile, nudge=Nudge()))
+    feeding = Feeding.for_page(page, msgspec.structs.replace(profile, nudge=Nudge()))
     kept, sheet = profile.margins, feeding.sheet
     w, h = page.width, page.height
     found = []

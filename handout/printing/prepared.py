@@ -150,7 +150,7 @@ def margin_warning(drawing: Drawing, profile: Printer) -> str | None:
         return NOTHING
     pen = max((float(s.width.max()) for s in drawing.strokes if s.width is not None), default=0.0) / 2
     x0, y0, x1, y1 = drawing.bounds
-    feeding = Feeding.of(drawing.page, profile)
+    feeding = Feeding.for_page(drawing.page, profile)
     bounds = feeding.bounds((x0 - pen, y0 - pen, x1 + pen, y1 + pen))
     return media.margin_warning(bounds, feeding.sheet, profile.margins, profile.title)
 
@@ -183,7 +183,7 @@ class PrinterPage(_ForPrinter):
 
     def __call__(self, number: int, page: BatchPage) -> PreparedPage:
         """See `Prepare`."""
-        feeding = Feeding.of(page.drawing.page, self.fed(page.drawing.page))
+        feeding = Feeding.for_page(page.drawing.page, self.fed(page.drawing.page))
         page = page if self.calibrated else replace(page, calibrate=None)
         pixels = feeding.pixels(page.pixels(self.dpi))
         return self._finish_page(page, WRITERS[self.format](feeding.sheet, pixels, {**self.about, "row": number}))

@@ -36,7 +36,7 @@ def ticket(profile: Printer, page: Page, title: str, name: str = "") -> Ticket:
         raise ProfileError(
             f"{profile.title}: source = {profile.source!r} is none of its sources: {', '.join(profile.sources)}."
         )
-    sheet = Feeding.of(page, profile).sheet
+    sheet = Feeding.for_page(page, profile).sheet
     kind = "envelope" if media.is_envelope(page) else ""
     return Ticket(title, media.name(sheet), profile.source, profile.options, sheet, kind, name)
 
@@ -57,20 +57,20 @@ def resolve(name: str, queue: str = "") -> Printer:
     if queue:
         return msgspec.structs.replace(resolve(name), queue=queue, file=False, simulated=False)
     if transport.is_address(name) or name.startswith(_FOLDER):
-        return msgspec.structs.replace(_driven(name, names), queue=name)
+        return msgspec.structs.replace(_find_profile(name, names), queue=name)
     is_profile = name.endswith(".toml") or name in names or f"printer-{name}" in names
     profile = _printer(name) if is_profile else None
     if profile is not None and profile.file:
         return profile
     queue_names = queues()
     if name in queue_names:
-        return msgspec.structs.replace(profile or _driven(name, names), queue=name)
+        return msgspec.structs.replace(profile or _find_profile(name, names), queue=name)
     if profile is not None:
         return profile
     near = difflib.get_close_matches(f"printer-{name}", names, 3, 0.4) or names
     raise ProfileError(
-        f"No printer is called {name!r}; the nearest profiles: {', '.join(near) or 'none'}; {_here(queue_names)} "
-        "(see: handout devices list)."
+        f"No printer is called {name!r}; the nearest profiles: {', '.join(near) or 'none'}; "
+        f"{_list_queues(queue_names)} (see: handout devices list)."
     )
 
 
@@ -104,17 +104,18 @@ def _cups(profile: Printer) -> CupsQueue:
     name = profile.queue or default()
     if not name:
         raise PrinterError(
-            f"{profile.title} has no queue of its own and the system has no default; {_here(queue_names)}: "
+            f"{profile.title} has no queue of its own and the system has no default; {_list_queues(queue_names)}: "
             f"name one with --printer QUEUE, or {WAY_OUT}."
         )
     if name.split("/")[0] not in {queue.split("/")[0] for queue in queue_names}:
         raise PrinterError(
-            f"There is no print queue {name!r}; {_here(queue_names)}: name another with --printer QUEUE, or {WAY_OUT}."
+            f"There is no print queue {name!r}; {_list_queues(queue_names)}: name another with --printer QUEUE, or "
+            f"{WAY_OUT}."
         )
     return CupsQueue(name)
 
 
-def _here(queue_names: Sequence[str]) -> str:
+def _list_queues(queue_names: Sequence[str]) -> str:
     if not queue_names:
         return "no print queue was found on this computer (is the print system running?)"
     return f"queues on this computer: {', '.join(queue_names)}"
@@ -126,7 +127,7 @@ def _printer(name: str) -> Printer:
     return profile
 
 
-def _driven(queue: str, names: Sequence[str]) -> Printer:
+def _find_profile(queue: str, names: Sequence[str]) -> Printer:
     """The profile that names this queue, else one with margins that suit nearly any printer."""
     for profile in map(_printer, names):
         if profile.queue == queue:

@@ -84,7 +84,7 @@ def ranges(numbers: Collection[int], among: Sequence[int]) -> str:
     return ",".join(parts)
 
 
-def named(numbers: Sequence[int], among: Sequence[int] | None = None) -> str:
+def name_rows(numbers: Sequence[int], among: Sequence[int] | None = None) -> str:
     """Rows in a few words: runs of the table's rows, or of `among`, as ranges."""
     if len(numbers) == 1:
         return f"row {numbers[0]}"

@@ -19,7 +19,7 @@ from handout.errors import HandoutError, PrinterError
 from handout.printing.journal import Journal, Piece, PieceStep, State
 from handout.printing.prepared import Destination
 from handout.printing.queue import Device, Outcome, OutcomeUnknown
-from handout.printing.rows import named, ranges
+from handout.printing.rows import name_rows, ranges
 from handout.progress import Tell
 
 
@@ -111,7 +111,7 @@ class Checked:
     @property
     def warnings(self) -> list[str]:
         """What has to be said, each once with the rows that it is of; where lengths differ, the worst is named."""
-        return [*(f"{named(rows)}: {phrase}" for rows, phrase in self._warned.values()), *self.said]
+        return [*(f"{name_rows(rows)}: {phrase}" for rows, phrase in self._warned.values()), *self.said]
 
 
 _LENGTH = re.compile(r"-?\d+\.\d(?= mm)")
@@ -180,7 +180,7 @@ class Spool(Destination):
         for begun in jobs_of(run.todo.wait, run.journal):
             with run.stoppable(self.queue, begun):
                 follow(self.queue, run.journal, begun)
-            run.gone(begun)
+            run.drop_pieces(begun)
         total = len(run.checked.wanted)
         sheets = iter(self.sheets(run.unsent(taken)))
         while True:
@@ -213,8 +213,8 @@ def remaining(
         for piece in pieces(row, copies[row], journal.parts[row]):
             outcome = _ask_outcome(journal, devices, piece)
             if outcome.state == "failed" and journal.lost:  # or begun, or once more, in a line that is damaged
-                journal.note(piece, "doubtful", why=journal.why)
-                outcome = Outcome("unknown", journal.why)
+                journal.note(piece, "doubtful", why=journal.why_unknown)
+                outcome = Outcome("unknown", journal.why_unknown)
             outcomes.append(outcome)
             if outcome.state == "waiting":
                 todo.wait.append(piece)
@@ -238,7 +238,7 @@ def _unbegun_rows(
     todo = Remaining(fresh=[row for row in rows if row not in journal.parts])
     names = {*(device.name for device in devices), *(step.device for step in journal.steps.values())}
     if journal.lost and len(names) > 1:
-        todo.unknown = [Failed(row, journal.why) for row in todo.fresh if row not in again]
+        todo.unknown = [Failed(row, journal.why_unknown) for row in todo.fresh if row not in again]
         todo.fresh = [row for row in todo.fresh if row in again]
     return todo
 
@@ -353,7 +353,7 @@ class BatchRun:
         failed = {failure.row for failure in self.checked.failed}
         return [number for number in self.table if number not in failed]
 
-    def gone(self, sheet: Sequence[Piece]) -> None:
+    def drop_pieces(self, sheet: Sequence[Piece]) -> None:
         """These need no more."""
         with self.lock:
             for piece in sheet:
@@ -378,7 +378,7 @@ class BatchRun:
         for piece in sheet:
             self.journal.note(piece, "sent", job=job)
             self.jobs.append(Job(piece.row, job, device))
-        self.gone(sheet)
+        self.drop_pieces(sheet)
         follow(spool.queue, self.journal, sheet)
 
     @contextmanager
@@ -392,14 +392,14 @@ class BatchRun:
         except KeyboardInterrupt as interruption:
             if sheet:
                 self.cancel(device, sheet)
-            sent, rest = self.parted(sheet)
-            interruption.add_note(f"Stopped{self._where(sheet, rest, ' at row')}. {self.way_out(sheet, sent, rest)}")
+            sent, rest = self.split_rows(sheet)
+            interruption.add_note(f"Stopped{self._name_row(sheet, rest, ' at row')}. {self.way_out(sheet, sent, rest)}")
             raise
         except HandoutError as error:
-            sent, rest = self.parted(sheet)
+            sent, rest = self.split_rows(sheet)
             in_doubt = bool(sheet) and (self.begun.get(sheet[0].row) or self._in_doubt(sheet[0]))
             failed = tuple(Failed(n, str(error) if in_doubt and n == sheet[0].row else "not sent") for n in rest)
-            where = self._where(sheet, rest, "Row")
+            where = self._name_row(sheet, rest, "Row")
             message = f"{where}{': ' if where else ''}{error} {self.way_out(sheet, sent, rest)}"
             raise self.broken_off(message, sent, failed) from error
 
@@ -409,19 +409,19 @@ class BatchRun:
         report = Report(tuple(sent), told, (), tuple(self.jobs), warnings, unknown=tuple(self.todo.unknown))
         return PrintingStopped(message, report, ranges([failure.row for failure in failed], self.whole))
 
-    def parted(self, sheet: Sequence[Piece] = ()) -> tuple[tuple[int, ...], list[int]]:
+    def split_rows(self, sheet: Sequence[Piece] = ()) -> tuple[tuple[int, ...], list[int]]:
         """The rows that are sent, and those that are not when this sheet fails."""
         here, failed = {piece.row for piece in sheet}, {failure.row for failure in self.checked.failed}
         sent = tuple(n for n in self.checked.done if n in self.made and n not in here and not self.left.get(n))
         ended = {*sent, *failed}
         return sent, [n for n in self.checked.wanted if n not in ended]
 
-    def unmade(self, rest: Sequence[int]) -> list[int]:
+    def list_unmade(self, rest: Sequence[int]) -> list[int]:
         """These rows, and those that a device had begun before and then failed, in the order of the table."""
         left = {*rest, *(piece.row for piece in self.todo.wait if piece in self.left[piece.row])}
         return [number for number in self.table if number in left]
 
-    def _where(self, sheet: Sequence[Piece], rest: Sequence[int], word: str) -> str:
+    def _name_row(self, sheet: Sequence[Piece], rest: Sequence[int], word: str) -> str:
         """The row that was being sent or made, behind a word; "" if there was none."""
         number = sheet[0].row if sheet else next((n for n in rest if n not in self.made), 0)
         return f"{word} {number}" if number else ""

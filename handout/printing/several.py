@@ -139,8 +139,8 @@ class Several(Destination):
         """Raise where devices stopped and something is left; say which did where the others made it all."""
         stopped = [station for station in self.stations if station.error is not None]
         halted = [piece for station in stopped for piece in station.sheet]
-        sent, rest = run.parted(halted)
-        rest = run.unmade(rest)
+        sent, rest = run.split_rows(halted)
+        rest = run.list_unmade(rest)
         if interrupted is not None:
             going = " and ".join(station.name for station in self.stations if not station.ended)
             told = f" {going} did not answer: look whether the pen is up and nothing runs." if going else ""
@@ -207,7 +207,7 @@ class _Sharing:
             for begun in jobs_of(waiting, run.journal):
                 with self._sending(station, begun):
                     follow(station.spool.queue, run.journal, begun)
-                    run.gone(begun)
+                    run.drop_pieces(begun)
             more = True
             while more:  # while it made its last sheet, others may have given back what they cannot make
                 more = False
@@ -255,14 +255,14 @@ class _Sharing:
     def _pieces(self, station: Station) -> Iterator[Piece]:
         """What a device makes next, row after row."""
         station.collecting = True
-        while (row := self._next(station)) is not None:
+        while (row := self._take_next(station)) is not None:
             self.place.hand(row, station.spool)
             yield from row
         with self._changed:
             station.collecting = False
             self._changed.notify_all()
 
-    def _next(self, station: Station) -> list[Piece] | None:
+    def _take_next(self, station: Station) -> list[Piece] | None:
         """The next row that no other device has; None when there will be none."""
         while True:
             with self._changed:

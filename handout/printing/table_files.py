@@ -58,13 +58,15 @@ class TableRecord:
     unseen: tuple[str, ...] = ()
 
     @classmethod
-    def of(cls, texts: Iterable[str], lines: range = range(0)) -> TableRecord:
+    def from_cells(cls, texts: Iterable[str], lines: range = range(0)) -> TableRecord:
         """The record of some cells as the file has them."""
         own = list(texts)
-        return cls(list(map(_shown_text, own)), lines, tuple(char for text in own for char in address.unseen(text)))
+        return cls(
+            list(map(_shown_text, own)), lines, tuple(char for text in own for char in address.find_unseen(text))
+        )
 
     @property
-    def filled(self) -> bool:
+    def is_filled(self) -> bool:
         """Whether the row holds anything but ruled lines."""
         return any(_RULE.sub("", cell) for cell in self.cells)
 
@@ -157,7 +159,7 @@ def _read_records(lines: list[str], delimiter: str) -> tuple[list[TableRecord], 
         try:
             start = 0
             for cells in reader:
-                records.append(TableRecord.of(cells, range(start, reader.line_num)))
+                records.append(TableRecord.from_cells(cells, range(start, reader.line_num)))
                 start = reader.line_num
             return records, 0
         except csv.Error as error:
@@ -202,7 +204,7 @@ def _read_workbook(path: Path) -> TableSheet:
     left, top, right, bottom = _table_area(sheet)
     records = [TableRecord([]) for _ in range(top - 1)]
     places, texts = range(left, right + 1), formulas[sheet.title]
-    records += [TableRecord.of(_row_cells(path, sheet, texts, n, places)) for n in range(top, bottom + 1)]
+    records += [TableRecord.from_cells(_row_cells(path, sheet, texts, n, places)) for n in range(top, bottom + 1)]
     return TableSheet(records, tuple(_workbook_notes(sheet, [other.title for other in full], range(top, bottom + 1))))
 
 

@@ -38,7 +38,7 @@ _NUMBERED = regex.compile(r"(?:[Nn][or]|pp?|vol|ch|fig)")
 _BLANK = regex.compile(r"\n\s*\n")
 
 
-def typed(text: str) -> str:
+def as_typed(text: str) -> str:
     """`text` in NFC, with quotation marks, dashes and dots as one types them on a plain keyboard."""
     return unicodedata.normalize("NFC", unicodedata.normalize("NFC", text).translate(_TYPED))
 
@@ -66,15 +66,19 @@ def sentences(text: str) -> list[str]:
     ends at an empty line. What is longer than 40 words is left out.
     """
     whole: dict[str, None] = {}
-    for paragraph in _BLANK.split(_break_items(text.replace("\r\n", "\n").replace("\r", "\n"))):
+    text = text.replace("\r\n", "\n").replace("\r", "\n")
+    lines = [line.strip() for line in text.split("\n") if line.strip()]
+    if sum(line[-1] in ".!?\"')]" for line in lines) >= 0.9 * len(lines):  # a list of sentences, not wrapped lines
+        text = "\n\n".join(lines)
+    for paragraph in _BLANK.split(text):
         flat = " ".join(paragraph.split())
-        for part in _split(flat):
+        for part in _split_sentences(flat):
             if part and len(part.split()) <= _LONGEST:
                 whole.setdefault(part)
     return list(whole)
 
 
-def _split(paragraph: str) -> Iterator[str]:
+def _split_sentences(paragraph: str) -> Iterator[str]:
     begin = 0
     for match in _END.finditer(paragraph):
         word, stop, following = match.groups()
@@ -87,21 +91,14 @@ def _split(paragraph: str) -> Iterator[str]:
     yield paragraph[begin:]
 
 
-def _break_items(text: str) -> str:
-    """The text with an empty line after each line, where its lines look like a list of sentences and not wrapped."""
-    lines = [line.strip() for line in text.split("\n") if line.strip()]
-    ended = sum(line[-1] in ".!?\"')]" for line in lines)
-    return "\n\n".join(lines) if ended >= 0.9 * len(lines) else text
-
-
 @cache
-def shipped() -> tuple[str, ...]:
+def shipped_sentences() -> tuple[str, ...]:
     """The sentences that come with the program, one a line of its file."""
     return tuple(_SHIPPED.read_text(encoding="utf-8").splitlines())
 
 
-def read(path: Path) -> str:
-    """A text file, as it is typed (see `typed`).
+def read_text(path: Path) -> str:
+    """A text file, as it is typed (see `as_typed`).
 
     Raises
     ------
@@ -120,7 +117,7 @@ def read(path: Path) -> str:
         raise InputError(f"{path} is not text: {error}; save it as UTF-8.") from error
     if not any(char.isalpha() for char in text):
         raise InputError(f"{path} holds no letters: give a file of text.")
-    return typed(text)
+    return as_typed(text)
 
 
 def usable(texts: Iterable[str], allowed: frozenset[str]) -> list[str]:

@@ -192,7 +192,7 @@ def lacks(text: str, have: Mapping[tuple[str, Place], int], *, least: int = LEAS
     tuple of Lack
         Those of which there is none at all first, then the most needed.
     """
-    needed = letters([corpus.typed(text)])
+    needed = letters([corpus.as_typed(text)])
     every: Counter[str] = Counter()
     for (letter, _), count in have.items():
         every[letter] += count

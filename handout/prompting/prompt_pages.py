@@ -41,18 +41,18 @@ class _Page:
 
     def add(self, text: str) -> None:
         """Append a text."""
-        self.lines = self._with(text)
+        self.lines = self._add_text(text)
 
     def fits(self, text: str) -> bool:
         """Whether a text could still be appended."""
-        return len(self._with(text)) <= self.room
+        return len(self._add_text(text)) <= self.room
 
-    def _with(self, text: str) -> list[str]:
+    def _add_text(self, text: str) -> list[str]:
         # only the last line can change
         return self.lines[:-1] + wrap(" ".join([*self.lines[-1:], text]), self.width)
 
     @property
-    def left(self) -> int:
+    def characters_left(self) -> int:
         """Characters that may still fit."""
         last = len(self.lines[-1]) + 1 if self.lines else 0
         return (self.room - max(len(self.lines), 1) + 1) * self.width - last
@@ -101,21 +101,14 @@ def prompt(
     if not pool:
         raise InputError("No sentence of the corpus can be used: it needs sentences of two words or more.")
     first: set[int] = set()
-    if required.keys() >= set(string.ascii_lowercase):
-        pool, first = _with_pangram(pool, allowed)
-    closing = Closing(corpus.usable(corpus.shipped(), allowed))
+    if required.keys() >= set(string.ascii_lowercase) and not (first := set(pangrams(pool))):
+        shipped = corpus.usable(corpus.shipped_sentences(), allowed)
+        added = [shipped[i] for i in pangrams(shipped)]
+        pool, first = pool + added, set(range(len(pool), len(pool) + len(added)))
+    closing = Closing(corpus.usable(corpus.shipped_sentences(), allowed))
     return _fill_pages(
         SentenceChooser(pool, target, score), first, set(required), closing, [_Page(lines, width) for _ in range(pages)]
     )
-
-
-def _with_pangram(pool: list[str], allowed: frozenset[str]) -> tuple[list[str], set[int]]:
-    """The sentences, with the shipped pangrams if they have none, and which of them are pangrams."""
-    if first := pangrams(pool):
-        return pool, set(first)
-    shipped = corpus.usable(corpus.shipped(), allowed)
-    added = [shipped[i] for i in pangrams(shipped)]
-    return pool + added, set(range(len(pool), len(pool) + len(added)))
 
 
 def _fill_pages(
@@ -125,7 +118,7 @@ def _fill_pages(
     chosen: list[str] = []
     for page in pages:
         tail = _tail(closing, missing, chosen, page) if page is pages[-1] else []
-        while (index := _next(chooser, page, first if not chosen else set(), " ".join(tail))) is not None:
+        while (index := _choose_next(chooser, page, first if not chosen else set(), " ".join(tail))) is not None:
             chosen.append(chooser.take(index))
             page.add(chosen[-1])
             missing.difference_update(chosen[-1])
@@ -155,13 +148,13 @@ def _shorter(tail: list[str], fresh: list[str], missing: set[str], page: _Page) 
     return fresh if better else needed
 
 
-def _next(chooser: SentenceChooser, page: _Page, first: set[int], tail: str) -> int | None:
+def _choose_next(chooser: SentenceChooser, page: _Page, first: set[int], tail: str) -> int | None:
     """The best sentence that fits the page together with the tail that must close it."""
-    if page.left - len(tail) < _LEAST:
+    if page.characters_left - len(tail) < _LEAST:
         return None
     tries = 0
     for index in chooser.best().tolist():
-        if (first and index not in first) or len(chooser.sentences[index]) + len(tail) > page.left:
+        if (first and index not in first) or len(chooser.sentences[index]) + len(tail) > page.characters_left:
             continue
         if page.fits(" ".join(filter(None, (chooser.sentences[index], tail)))):
             return int(index)

@@ -56,10 +56,10 @@ def frequencies(texts: Iterable[str]) -> Frequencies:
     for text in texts:
         single.update(letter_counts(text))
         double.update(pair_counts(text))
-    return Frequencies(_scaled(single), _scaled(double))
+    return Frequencies(_scale_counts(single), _scale_counts(double))
 
 
-def _scaled(counts: Counter[str]) -> dict[str, float]:
+def _scale_counts(counts: Counter[str]) -> dict[str, float]:
     most = max(counts.values(), default=1)
     return {key: count / most for key, count in counts.items()}
 

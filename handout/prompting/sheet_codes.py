@@ -95,7 +95,7 @@ def unpack(data: bytes) -> PageRecord:
     return PageRecord(named.hex(), number, pages, pitch, printed, tuple(text.split("\n")) if text else ())
 
 
-def split(data: bytes) -> list[bytes]:
+def split_data(data: bytes) -> list[bytes]:
     """Five parts of equal length and their parity, each with its header."""
     size = -(-len(data) // PARTS)
     padded = data.ljust(size * PARTS, b"\0")
@@ -171,7 +171,7 @@ def symbols(record: PageRecord) -> list[NDArray[np.bool_]]:
     DoesNotFit
         More text than codes of that size hold.
     """
-    texts = [base45(part) for part in split(pack(record))]
+    texts = [base45(part) for part in split_data(pack(record))]
     longest = max(map(len, texts))
     version = next((v for v, most in enumerate(_HOLDS, 1) if longest <= most), None)
     if version is None:
@@ -227,7 +227,7 @@ def read_codes(
     smooth = grey if sigma < 0.8 else np.asarray(cv2.GaussianBlur(grey, (0, 0), sigma), dtype=np.uint8)
     for box in boxes:
         for version in versions:
-            data = _read(smooth, registration, box, side_modules(version))
+            data = _read_symbol(smooth, registration, box, side_modules(version))
             if data is not None:
                 contents.append(data)
                 versions = (version,)  # all codes of a page have one size
@@ -235,7 +235,7 @@ def read_codes(
     return contents
 
 
-def _read(grey: NDArray[np.uint8], registration: Registration, box: Array, side: int) -> bytes | None:
+def _read_symbol(grey: NDArray[np.uint8], registration: Registration, box: Array, side: int) -> bytes | None:
     from scipy.ndimage import convolve, gaussian_filter, maximum_filter, minimum_filter
 
     for grid in _grids(grey, registration, box, side):

@@ -107,11 +107,8 @@ class SheetLayout:
     @property
     def lines(self) -> int:
         """How many lines fit."""
-        return math.floor((self._foot - _FIRST) / self.pitch + 1e-9)
-
-    @property
-    def _foot(self) -> float:
-        return self.page.height - MARK_FOOT - CODE - _ABOVE_CODES
+        foot = self.page.height - MARK_FOOT - CODE - _ABOVE_CODES
+        return math.floor((foot - _FIRST) / self.pitch + 1e-9)
 
     def width(self, letter: float | None = None) -> int:
         """Letters to a line.

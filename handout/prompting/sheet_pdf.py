@@ -56,7 +56,7 @@ def register_faces() -> None:
 
 
 @cache
-def _known() -> frozenset[int]:
+def _known_characters() -> frozenset[int]:
     from reportlab.pdfbase import pdfmetrics
 
     register_faces()
@@ -75,10 +75,10 @@ def refuse_unprintable(texts: Iterable[str]) -> None:
 @cache
 def _parts(char: str) -> tuple[str, str] | None:
     """The character and "", or its base letter and its mark; None if it cannot be printed."""
-    if ord(char) in _known():
+    if ord(char) in _known_characters():
         return char, ""
     decomposed = unicodedata.normalize("NFD", char)
-    fine = len(decomposed) == 2 and ord(decomposed[0]) in _known() and decomposed[1] in _ACCENTS
+    fine = len(decomposed) == 2 and ord(decomposed[0]) in _known_characters() and decomposed[1] in _ACCENTS
     return (decomposed[0], decomposed[1]) if fine else None
 
 

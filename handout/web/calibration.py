@@ -8,14 +8,14 @@ from starlette.requests import Request
 from starlette.responses import Response
 
 from handout.web.calls import Calibrating
-from handout.web.hands import sent
+from handout.web.hands import find_upload
 from handout.web.routes import Handle, Way, json_answer
 from handout.web.studio import Studio
-from handout.web.tasks import followed
+from handout.web.tasks import follow_task
 from handout.web.worker import Call
 
 
-async def known(studio: Studio, request: Request, body: None) -> Response:
+async def list_calibrations(studio: Studio, request: Request, body: None) -> Response:
     """What is calibrated, and what can be."""
     return json_answer(await studio.answer("calibrations", Call("calibration_desk.calibrations"), studio.bench))
 
@@ -25,10 +25,10 @@ def _step(function: str, makes_files: bool) -> Handle:
 
     async def step(studio: Studio, request: Request, body: Calibrating) -> Response:
         place = body.place("" if body.hand is None else studio.hand(body.hand))
-        place = replace(place, scans=tuple(sent(studio, key) for key in body.uploads))
+        place = replace(place, scans=tuple(find_upload(studio, key) for key in body.uploads))
         folder = studio.folder() if makes_files else None
         call = Call(f"calibration_desk.{function}", (replace(place, folder=folder or place.folder),), listens=True)
-        return await followed(request, studio.begin(studio.bench, "calibrating", call, folder))
+        return await follow_task(request, studio.begin(studio.bench, "calibrating", call, folder))
 
     return step
 
@@ -36,7 +36,7 @@ def _step(function: str, makes_files: bool) -> Handle:
 _STEPS = (
     ("state", "What comes next of a calibration, which is begun or gone on with", "open_calibration", False),
     ("pages", "Print the chart or the strip, or give it as PDF", "print_page", True),
-    ("pages/again", "The PDF of what is to be scanned, once more", "again", True),
+    ("pages/again", "The PDF of what is to be scanned, once more", "print_page_again", True),
     ("scans", "Take scans of the chart or the strip: what was found, with pictures; of the simulated printer its own",
      "take_scans", True),
     ("table", "Build the table of the scans", "build_table", False),
@@ -46,7 +46,7 @@ _STEPS = (
 )  # fmt: skip
 
 ROUTES = (
-    Way("GET", "/api/calibrations", "What is calibrated, and what can be", known),
+    Way("GET", "/api/calibrations", "What is calibrated, and what can be", list_calibrations),
     *(Way("POST", f"/api/calibration/{path}", summary, _step(function, makes_files), body=Calibrating)
       for path, summary, function, makes_files in _STEPS),
 )  # fmt: skip

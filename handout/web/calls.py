@@ -12,7 +12,7 @@ from typing import Annotated, Any, Literal, TypeVar, cast
 from msgspec import Meta, Raw, Struct, defstruct
 
 from handout.pipeline.batch_desk import BatchPlan
-from handout.pipeline.declarations import Name, PageName, Seed, declared
+from handout.pipeline.declarations import Name, PageName, Seed, list_declared
 from handout.pipeline.inputs import Source
 from handout.pipeline.options import (
     CalibrationOptions,
@@ -40,7 +40,7 @@ class Body(Struct, frozen=True, forbid_unknown_fields=True):
 
     def options(self, kind: Callable[..., T], **more: object) -> T:
         """The options of a kind that this body holds, and more."""
-        names = {each.name: what.sent_as or each.name for each, what in declared(kind) if what.sent is not None}
+        names = {each.name: what.sent_as or each.name for each, what in list_declared(kind) if what.sent is not None}
         held = {name: getattr(self, sent) for name, sent in names.items() if sent in self.__struct_fields__}
         return kind(**{**held, **more})
 
@@ -52,7 +52,7 @@ def _with_options(*kinds: Any) -> Callable[[type[B]], type[B]]:
         found = {
             what.sent_as or each.name: (Annotated[what.sent, Meta(description=what.help)], each.default)
             for kind in kinds
-            for each, what in declared(kind)
+            for each, what in list_declared(kind)
             if what.sent is not None
         }
         added: list[Any] = [(name, *rest) for name, rest in found.items() if name not in body.__struct_fields__]
@@ -81,9 +81,8 @@ class Write(Body, frozen=True, kw_only=True):
 
     text: Text
     letter: bool = False  # whether the text is that of a letter file, in Markdown
-    pictures: Annotated[
-        tuple[UploadId, ...], Meta(max_length=20)
-    ] = ()  # that it shows, by the names they were sent with
+    # that it shows, by the names they were sent with
+    pictures: Annotated[tuple[UploadId, ...], Meta(max_length=20)] = ()
     format: Format = "svg"
     hand: Name = "house-joined"
     page: PageName = "A4"

@@ -19,10 +19,8 @@ from starlette.responses import JSONResponse
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 OPEN = frozenset({"/api/session", "/api/openapi.json"})  # routes under /api that need no session
-BODY, UPLOAD = (
-    1 << 20,
-    128 << 20,
-)  # bytes of a body, and of a scan: A4 at 600 dpi, not compressed, has 104 MB
+# bytes of a body, and of a scan: A4 at 600 dpi, not compressed, has 104 MB
+BODY, UPLOAD = 1 << 20, 128 << 20
 _SLOW = 60.0  # s without a byte of a body that is not yet whole, then it is given up
 _HEADERS = {
     "Content-Security-Policy": "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob:; "
@@ -89,7 +87,7 @@ class Guard:
         refusal = self._refusal(scope)
         if refusal is None:
             limit = UPLOAD if scope["path"] == "/api/uploads" else BODY
-            await self._app(scope, _counted(receive, limit), send)
+            await self._app(scope, _count_body(receive, limit), send)
             return
         code, sentence = refusal
         headers = {"Retry-After": "10"} if code == 429 else {"WWW-Authenticate": "Bearer"} if code == 401 else {}
@@ -124,21 +122,21 @@ _MANY = 429, "Too many requests: wait some seconds."
 
 
 def _with_headers(send: Send) -> Send:
-    async def sent(message: Message) -> None:
+    async def send_headers(message: Message) -> None:
         if message["type"] == "http.response.start":
             there = {name.lower() for name, _ in message["headers"]}
             more = [(name.lower().encode(), value.encode()) for name, value in _HEADERS.items()]
             message = {**message, "headers": [*message["headers"], *(pair for pair in more if pair[0] not in there)]}
         await send(message)
 
-    return sent
+    return send_headers
 
 
-def _counted(receive: Receive, limit: int) -> Receive:
+def _count_body(receive: Receive, limit: int) -> Receive:
     """The parts of a body, as far as they are not more than `limit` bytes and do not take for ever."""
     count, whole = 0, False
 
-    async def received() -> Message:
+    async def receive_part() -> Message:
         nonlocal count, whole
         try:
             message = await receive() if whole else await asyncio.wait_for(receive(), _SLOW)
@@ -150,4 +148,4 @@ def _counted(receive: Receive, limit: int) -> Receive:
             raise HTTPException(413, f"That is larger than {limit >> 20} MB.", {"Connection": "close"})
         return message
 
-    return received
+    return receive_part

@@ -15,7 +15,7 @@ from handout.pipeline.options import PictureOptions, PromptOptions, ReadingOptio
 from handout.web.calls import GivenHand, Lacking, MorePages, NewHand, Sheets
 from handout.web.routes import Way, json_answer
 from handout.web.studio import PICTURES, Studio
-from handout.web.tasks import followed
+from handout.web.tasks import follow_task
 from handout.web.worker import Call
 
 _SAMPLE = "The quick brown fox jumps over the lazy dog"
@@ -31,7 +31,7 @@ def name_of(request: Request) -> str:
     return name
 
 
-def sent(studio: Studio, key: str, *suffixes: str) -> Path:
+def find_upload(studio: Studio, key: str, *suffixes: str) -> Path:
     """The file of an upload; HTTPException where there is none, or none of these kinds."""
     upload = studio.uploads.get(key)
     if upload is None:
@@ -41,7 +41,7 @@ def sent(studio: Studio, key: str, *suffixes: str) -> Path:
     return upload.path
 
 
-def beside(studio: Studio, keys: Sequence[str], folder: Path) -> Path | None:
+def put_beside(studio: Studio, keys: Sequence[str], folder: Path) -> Path | None:
     """A folder in a folder with the pictures of a letter, by the names they were sent with; None without any.
 
     Raises
@@ -51,7 +51,9 @@ def beside(studio: Studio, keys: Sequence[str], folder: Path) -> Path | None:
     """
     if not keys:
         return None
-    named = {studio.uploads[key].name: path for key, path in [(key, sent(studio, key, *PICTURES)) for key in keys]}
+    named = {
+        studio.uploads[key].name: path for key, path in [(key, find_upload(studio, key, *PICTURES)) for key in keys]
+    }
     if odd := next((name for name in named if not atomic.PLAIN_NAME.fullmatch(name)), None):
         raise HTTPException(422, f"{odd!r}: a picture is called by letters, digits, ., - and _.")
     (pictures := folder / "pictures").mkdir()
@@ -65,19 +67,21 @@ async def sample(studio: Studio, request: Request, body: None) -> Response:
     name, folder = name_of(request), studio.folder()
     writing = WritingOptions(studio.hand(name), seed=1, fit=True, fallback=True)
     drawn = name in studio.drawn
-    await studio.settled(studio.hand(name))
+    await studio.settle_hand(studio.hand(name))
     options = (writing, _SAMPLE_SHEET, PictureOptions(_SAMPLE_DPI))
     call = Call("writing.write", (_SAMPLE, [folder / f"line.{'svg' if drawn else 'png'}"], *options), listens=True)
     kind = "image/svg+xml" if drawn else "image/png"
-    return await followed(request, studio.begin(studio.quick if drawn else studio.long, "a sample", call, folder), kind)
+    return await follow_task(
+        request, studio.begin(studio.quick if drawn else studio.long, "a sample", call, folder), kind
+    )
 
 
 async def sheet(studio: Studio, request: Request, body: None) -> Response:
     """All letters of a hand."""
     name, folder = name_of(request), studio.folder()
-    await studio.settled(studio.hand(name))
+    await studio.settle_hand(studio.hand(name))
     call = Call("kept_hands.show_hand", (studio.hand(name), [folder / f"{name}.png"]))
-    return await followed(request, studio.begin(studio.long, "showing the letters", call, folder), "image/png")
+    return await follow_task(request, studio.begin(studio.long, "showing the letters", call, folder), "image/png")
 
 
 async def lacks(studio: Studio, request: Request, body: Lacking) -> Response:
@@ -89,23 +93,23 @@ async def lacks(studio: Studio, request: Request, body: Lacking) -> Response:
     return json_answer(await studio.answer("looking for letters", call))
 
 
-async def read(studio: Studio, request: Request, body: NewHand) -> Response:
+async def read_hand(studio: Studio, request: Request, body: NewHand) -> Response:
     """Scans become a hand."""
-    scans = [sent(studio, key) for key in body.scans]
+    scans = [find_upload(studio, key) for key in body.scans]
     call = Call("hands.read_as_own", (body.name, scans, body.texts, body.options(ReadingOptions)), listens=True)
-    return await followed(request, studio.begin(studio.long, f"reading {body.name}", call))
+    return await follow_task(request, studio.begin(studio.long, f"reading {body.name}", call))
 
 
-async def more(studio: Studio, request: Request, body: MorePages) -> Response:
+async def read_more(studio: Studio, request: Request, body: MorePages) -> Response:
     """More scans of an author become pages of his hand, by the process that corrects its letters: one writer."""
-    name, scans = name_of(request), [sent(studio, key) for key in body.scans]
+    name, scans = name_of(request), [find_upload(studio, key) for key in body.scans]
     call = Call("hands.read_more", (studio.hand(name), scans, body.texts, body.options(ReadingOptions)), listens=True)
-    return await followed(request, studio.begin(studio.desk, f"reading more of {name}", call))
+    return await follow_task(request, studio.begin(studio.desk, f"reading more of {name}", call))
 
 
 async def take(studio: Studio, request: Request, body: GivenHand) -> Response:
     """A .hand file becomes a hand of the user's own."""
-    call = Call("kept_hands.import_hand", (sent(studio, body.upload, ".hand"), body.name))
+    call = Call("kept_hands.import_hand", (find_upload(studio, body.upload, ".hand"), body.name))
     facts = await studio.answer("taking a hand in", call)
     return json_answer({"name": facts["name"]})
 
@@ -120,7 +124,7 @@ async def copy(studio: Studio, request: Request, body: None) -> Response:
 async def give(studio: Studio, request: Request, body: None) -> Response:
     """A hand as a file, with the scans that it keeps or without them."""
     name, folder = name_of(request), studio.folder()
-    await studio.settled(studio.hand(name))
+    await studio.settle_hand(studio.hand(name))
     only = {"ink_only": request.query_params.get("ink_only") == "true"}
     call = Call("kept_hands.export_hand", (studio.hand(name), folder / f"{name}.hand"), only)
     await studio.answer("copying a hand", call)
@@ -141,7 +145,7 @@ async def sheets(studio: Studio, request: Request, body: Sheets) -> Response:
     folder = studio.folder()
     wanted = body.options(PromptOptions, hand=None if body.hand is None else studio.hand(body.hand))
     task = studio.begin(studio.long, "making sheets", Call("prompts.prompt", (folder / "sheets.pdf", wanted)), folder)
-    return await followed(request, task, "application/pdf")
+    return await follow_task(request, task, "application/pdf")
 
 
 ROUTES = (
@@ -149,8 +153,9 @@ ROUTES = (
         answer="image/png"),
     Way("GET", "/api/hands/{name}/sheet", "All letters of a hand", sheet, answer="image/png"),
     Way("POST", "/api/hands/{name}/lacks", "What a text would lack in a scanned hand", lacks, body=Lacking),
-    Way("POST", "/api/hands", "A hand from scans, kept among the user's own; half a minute a page", read, body=NewHand),
-    Way("POST", "/api/hands/{name}/pages", "More scans for a hand of the user's own; half a minute a page", more,
+    Way("POST", "/api/hands", "A hand from scans, kept among the user's own; half a minute a page", read_hand,
+        body=NewHand),
+    Way("POST", "/api/hands/{name}/pages", "More scans for a hand of the user's own; half a minute a page", read_more,
         body=MorePages),
     Way("POST", "/api/hands/given", "A .hand file, kept among the user's own", take, body=GivenHand),
     Way("POST", "/api/hands/{name}/copy", "A copy of a scanned hand among the user's own, called my-NAME", copy),

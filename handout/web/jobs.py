@@ -11,10 +11,10 @@ from starlette.requests import Request
 from starlette.responses import FileResponse, Response
 
 from handout.web.calls import Approval, DrawnPlot, MadeBatch, NewBatch, NewPlot, PenMoveBody, Said
-from handout.web.hands import beside, sent
+from handout.web.hands import find_upload, put_beside
 from handout.web.routes import Handle, Way, json_answer
 from handout.web.studio import TABLES, Studio
-from handout.web.tasks import TYPES, followed, task_of
+from handout.web.tasks import TYPES, follow_task, task_of
 from handout.web.worker import Call
 
 _KEPT = re.compile(r"[a-z]{3}\d\d-\d{1,5}")  # as `plotting.jobs.store` calls plots, and batches, too
@@ -31,7 +31,7 @@ def _name(request: Request, kind: str) -> str:
 
 def _at_work(studio: Studio, kind: str) -> dict[str, str]:
     """Name of a plot or a batch that machines make now → its task."""
-    running = [task for task in studio.attended.values() if not task.ended]
+    running = [task for task in studio.attended.values() if not task.has_ended]
     return {task.kind.removeprefix(f"{kind} "): task.id for task in running if task.kind.startswith(f"{kind} ")}
 
 
@@ -42,7 +42,7 @@ def _idle(studio: Studio, request: Request, kind: str, way_out: str = ": wait, o
     return name
 
 
-def _listed(kind: str, function: str, made: str) -> Handle:
+def _list_kept(kind: str, function: str, made: str) -> Handle:
     """What is kept, the newest first, and the tasks of what is made now, as `made`."""
 
     async def answer(studio: Studio, request: Request, body: None) -> Response:
@@ -52,7 +52,7 @@ def _listed(kind: str, function: str, made: str) -> Handle:
     return answer
 
 
-def _shown(kind: str, function: str) -> Handle:
+def _show_one(kind: str, function: str) -> Handle:
     """What a function says of a plot or a batch, with the task that makes it now."""
 
     async def answer(studio: Studio, request: Request, body: Any) -> Response:
@@ -65,7 +65,7 @@ def _shown(kind: str, function: str) -> Handle:
     return answer
 
 
-def _forgotten(kind: str, function: str) -> Handle:
+def _forget_one(kind: str, function: str) -> Handle:
     """It is deleted, unless it is made now."""
 
     async def answer(studio: Studio, request: Request, body: None) -> Response:
@@ -83,15 +83,15 @@ async def machines(studio: Studio, request: Request, body: None) -> Response:
 async def move(studio: Studio, request: Request, body: PenMoveBody) -> Response:
     """The pen is moved by hand."""
     call = Call("plot_desk.move_pen", (body.port, body.device, body.move, body.x, body.y), listens=True, moves=True)
-    return await followed(request, await studio.attend((body.port,), "moving the pen", call))
+    return await follow_task(request, await studio.attend((body.port,), "moving the pen", call))
 
 
 async def keep_plot(studio: Studio, request: Request, body: NewPlot) -> Response:
     """A text is kept as a plot."""
-    pictures = beside(studio, body.pictures, folder := studio.folder())
+    pictures = put_beside(studio, body.pictures, folder := studio.folder())
     wanted = body.text, body.letter, body.request(studio.hand(body.hand)), pictures
     call = Call("plot_desk.keep_plot", wanted, listens=True)
-    return await followed(request, studio.begin(studio.long, "a plot", call, folder))
+    return await follow_task(request, studio.begin(studio.long, "a plot", call, folder))
 
 
 async def page(studio: Studio, request: Request, body: None) -> Response:
@@ -104,7 +104,7 @@ async def draw(studio: Studio, request: Request, body: DrawnPlot) -> Response:
     """A plot is drawn, or what is left of it."""
     name = _idle(studio, request, "plot", "")
     call = Call("plot_desk.draw_plot", (name, body.port, body.at_zero, body.home_after), listens=True, moves=True)
-    return await followed(request, await studio.attend((body.port,), f"plot {name}", call))
+    return await follow_task(request, await studio.attend((body.port,), f"plot {name}", call))
 
 
 async def say(studio: Studio, request: Request, body: Said) -> Response:
@@ -118,11 +118,11 @@ async def say(studio: Studio, request: Request, body: Said) -> Response:
 
 async def keep_batch(studio: Studio, request: Request, body: NewBatch) -> Response:
     """A batch is kept."""
-    table = None if body.table is None else sent(studio, body.table, *TABLES)
+    table = None if body.table is None else find_upload(studio, body.table, *TABLES)
     name = "a text" if body.table is None else studio.uploads[body.table].name
     folder = studio.folder()
     wanted = table, body.text, body.letter, body.plan(studio.hand(body.hand), name)
-    call = Call("batch_desk.keep_batch", (*wanted, beside(studio, body.pictures, folder)))
+    call = Call("batch_desk.keep_batch", (*wanted, put_beside(studio, body.pictures, folder)))
     try:
         return json_answer(await studio.answer("keeping a batch", call, studio.long))
     finally:
@@ -133,14 +133,14 @@ async def prove(studio: Studio, request: Request, body: None) -> Response:
     """The proof of a batch is made."""
     name = _idle(studio, request, "batch")
     call = Call("batch_desk.prove_batch", (name,), listens=True)
-    return await followed(request, studio.begin(studio.long, f"proof of {name}", call))
+    return await follow_task(request, studio.begin(studio.long, f"proof of {name}", call))
 
 
 async def make(studio: Studio, request: Request, body: MadeBatch) -> Response:
     """A batch is printed or plotted, or gone on with."""
     name = _idle(studio, request, "batch")
     call = Call("batch_desk.make_batch", (name, body.ports, body.at_zero), listens=True, moves=True)
-    return await followed(request, await studio.attend(body.ports, f"batch {name}", call))
+    return await follow_task(request, await studio.attend(body.ports, f"batch {name}", call))
 
 
 async def file(studio: Studio, request: Request, body: None) -> Response:
@@ -158,29 +158,29 @@ ROUTES = (
     Way("POST", "/api/pen", "Move a plotter's pen: up, down, to its zero, so far; or its motors off", move,
         body=PenMoveBody),
     Way("GET", "/api/plots", "The plots that are kept, newest first; of those that are drawn now, the tasks",
-        _listed("plot", "plot_desk.plots", "drawn")),
+        _list_kept("plot", "plot_desk.plots", "drawn")),
     Way("POST", "/api/plots", "Keep a text as a plot, which is drawn later", keep_plot, body=NewPlot),
     Way("GET", _PLOT, "How far a plot has come, what comes next, how its sheet lies on the bed",
-        _shown("plot", "plot_desk.show_plot")),
+        _show_one("plot", "plot_desk.show_plot")),
     Way("GET", f"{_PLOT}/pages/{{page:int}}", "A page of it, from 0, its strokes as they are drawn", page,
         answer="image/svg+xml"),
     Way("POST", f"{_PLOT}/draw", "Draw it, or what is left; the task's events tell where the pen is", draw,
         body=DrawnPlot),
-    Way("DELETE", _PLOT, "Delete it", _forgotten("plot", "plot_jobs.forget_job")),
+    Way("DELETE", _PLOT, "Delete it", _forget_one("plot", "plot_jobs.forget_job")),
     Way("POST", "/api/tasks/{id}/word", "Say pause, on or stop to a plot; on or stop to what asks for something", say,
         body=Said),
     Way("GET", "/api/batches", "The batches that are kept, newest first; of those that are made now, tasks",
-        _listed("batch", "batch_desk.batches", "made")),
+        _list_kept("batch", "batch_desk.batches", "made")),
     Way("POST", "/api/batches", "Keep a table with its letter, with gaps as {{ first_name }}; a text without a table",
         keep_batch, body=NewBatch),
     Way("GET", _BATCH, "A batch: its rows, what its proof says of them, and what its journal says became of them",
-        _shown("batch", "batch_desk.show_batch")),
+        _show_one("batch", "batch_desk.show_batch")),
     Way("POST", f"{_BATCH}/proof", "Make the proof of a batch: every page, small, and what to look at", prove),
     Way("POST", f"{_BATCH}/approval", "Approve the proof: what is made then is what was looked at, or nothing",
-        _shown("batch", "batch_desk.approve_batch"), body=Approval),
+        _show_one("batch", "batch_desk.approve_batch"), body=Approval),
     Way("POST", f"{_BATCH}/make", "Print or plot it, or go on where its journal says; each page once", make,
         body=MadeBatch),
     Way("GET", f"{_BATCH}/files/{{file}}", "proof.pdf, a picture of it by its name, or the batch.pdf that was made",
         file, answer="application/pdf"),
-    Way("DELETE", _BATCH, "Delete it; its journal stays", _forgotten("batch", "batch_desk.forget_batch")),
+    Way("DELETE", _BATCH, "Delete it; its journal stays", _forget_one("batch", "batch_desk.forget_batch")),
 )  # fmt: skip

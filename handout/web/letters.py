@@ -18,8 +18,8 @@ from starlette.responses import Response
 from handout.web.calls import CorrectionsBody, Revised, Rewinding
 from handout.web.hands import name_of
 from handout.web.routes import Way, json_answer
-from handout.web.studio import Studio, refused
-from handout.web.tasks import followed
+from handout.web.studio import Studio, raise_refused
+from handout.web.tasks import follow_task
 from handout.web.worker import Call
 from handout.web.workers import Task
 
@@ -31,12 +31,12 @@ def _numbers(request: Request, *names: str, most: int = 10_000) -> tuple[int, ..
     return numbers
 
 
-async def _asked(studio: Studio, request: Request, function: str, *arguments: object) -> Response:
+async def _ask_desk(studio: Studio, request: Request, function: str, *arguments: object) -> Response:
     hand = studio.hand(name_of(request))
     return json_answer(await studio.answer("letters", Call(f"letter_desk.{function}", (hand, *arguments)), studio.desk))
 
 
-async def _changed(studio: Studio, request: Request, function: str, *arguments: object) -> Response:
+async def _change_hand(studio: Studio, request: Request, function: str, *arguments: object) -> Response:
     """The same of what changes a hand: its file follows when there is time."""
     hand = studio.hand(name_of(request))
     call = Call(f"letter_desk.{function}", (hand, *arguments))
@@ -63,18 +63,18 @@ async def pages(studio: Studio, request: Request, body: None) -> Response:
 async def letters(studio: Studio, request: Request, body: None) -> Response:
     """The letters of a page; what corrections of it will ask for is then worked out beforehand."""
     (page,), hand = _numbers(request, "page"), studio.hand(name_of(request))
-    answer = await _asked(studio, request, "page_letters", page)
-    _run(studio, _warmed(studio, hand, page))
+    answer = await _ask_desk(studio, request, "page_letters", page)
+    _run_beside(studio, _warm_letters(studio, hand, page))
     return answer
 
 
-def _run(studio: Studio, work: Coroutine[Any, Any, None]) -> None:
+def _run_beside(studio: Studio, work: Coroutine[Any, Any, None]) -> None:
     task = asyncio.ensure_future(work)
     studio.running.add(task)
     task.add_done_callback(studio.running.discard)
 
 
-async def _warmed(studio: Studio, hand: str, page: int) -> None:
+async def _warm_letters(studio: Studio, hand: str, page: int) -> None:
     try:
         while await studio.answer("making ready", Call("letter_desk.warm_letters", (hand, page)), studio.desk):
             pass
@@ -92,12 +92,12 @@ async def tile(studio: Studio, request: Request, body: None) -> Response:
 async def strokes(studio: Studio, request: Request, body: None) -> Response:
     """How the word at a place is written."""
     page, x, y = _numbers(request, "page", "x", "y", most=100_000)
-    return await _asked(studio, request, "letter_strokes", page, (float(x), float(y)))
+    return await _ask_desk(studio, request, "letter_strokes", page, (float(x), float(y)))
 
 
 async def correct(studio: Studio, request: Request, body: CorrectionsBody) -> Response:
     """Corrections are made and kept."""
-    return await _changed(studio, request, "correct_letters", body.revision, bytes(body.corrections), body.later)
+    return await _change_hand(studio, request, "correct_letters", body.revision, bytes(body.corrections), body.later)
 
 
 async def alignment(studio: Studio, request: Request, body: None) -> Response:
@@ -110,7 +110,7 @@ async def alignment(studio: Studio, request: Request, body: None) -> Response:
 
 async def rewind(studio: Studio, request: Request, body: Rewinding) -> Response:
     """Corrections are undone, or made again."""
-    return await _changed(studio, request, "rewind_letters", body.revision, body.back)
+    return await _change_hand(studio, request, "rewind_letters", body.revision, body.back)
 
 
 async def learn(studio: Studio, request: Request, body: Revised) -> Response:
@@ -121,20 +121,20 @@ async def learn(studio: Studio, request: Request, body: Revised) -> Response:
     begun = await studio.answer("letters", call, studio.desk)
     task = Task("learning from corrections", call, folder, state="running")
     studio.tasks[task.id] = task
-    _run(studio, _learnt(studio, task, hand, copy, begun["made"]))
-    return await followed(request, task)
+    _run_beside(studio, _learn_apart(studio, task, hand, copy, begun["made"]))
+    return await follow_task(request, task)
 
 
-async def _learnt(studio: Studio, task: Task, hand: str, copy: Path, made: int) -> None:
+async def _learn_apart(studio: Studio, task: Task, hand: str, copy: Path, made: int) -> None:
     """See a task through: a copy of a hand learns, and takes its place."""
     try:
         apart = studio.begin(studio.long, task.kind, Call("letter_desk.learn_apart", (str(copy),), listens=True))
         async for _ in apart.follow():
-            if task.ended:
+            if task.has_ended:
                 apart.change(state="cancelled")
                 return
             task.change(share=0.95 * apart.share, stage=apart.stage)
-        refused(apart)
+        raise_refused(apart)
         taken = await studio.answer(task.kind, Call("letter_desk.take_learnt", (hand, str(copy), made)), studio.desk)
         studio.keep_soon(hand)
         task.change(state="done", share=1.0, facts={**taken, **apart.facts}, said=list(taken["notes"]))

@@ -46,7 +46,7 @@ class Way:
     @property
     def task(self) -> bool:
         """Whether it answers with a task: what its handler calls says so."""
-        return not {"followed", "snapshot"}.isdisjoint(getattr(self.handle, "__code__").co_names)  # noqa: B009
+        return not {"follow_task", "snapshot"}.isdisjoint(getattr(self.handle, "__code__").co_names)  # noqa: B009
 
     def route(self) -> Route:
         """The same for starlette."""
@@ -54,13 +54,13 @@ class Way:
         async def endpoint(request: Request) -> Response:
             body = None
             if self.body not in (None, bytes):
-                body = parsed(await request.body() or b"{}", self.body)
+                body = parse_body(await request.body() or b"{}", self.body)
             return await self.handle(request.app.state.studio, request, body)
 
         return Route(self.path, endpoint, methods=[self.method], name=f"{self.method} {self.path}")
 
 
-def parsed(data: bytes, kind: Any) -> Any:
+def parse_body(data: bytes, kind: Any) -> Any:
     """A body of a type.
 
     Raises
@@ -83,10 +83,10 @@ def parsed(data: bytes, kind: Any) -> Any:
             field = field.replace("[...]", f".{_refused_key(data, kind, field)}", 1)
         if field:
             raise HTTPException(422, f"{field}: {what}.") from None
-        raise HTTPException(422, f"The request cannot be read{_after(data, str(error))}: {what}.") from None
+        raise HTTPException(422, f"The request cannot be read{_name_last_field(data, str(error))}: {what}.") from None
 
 
-def _after(data: bytes, error: str) -> str:
+def _name_last_field(data: bytes, error: str) -> str:
     """Behind which field a request that is no JSON cannot be read, as far as that is known."""
     try:
         data.decode()
@@ -142,25 +142,21 @@ def openapi(ways: Sequence[Way]) -> dict[str, Any]:
     }
 
 
-def _answers(way: Way) -> dict[str, Any]:
-    """What a route answers where it does what is asked."""
-    task = {"application/json": {"schema": {"$ref": "#/components/schemas/Task"}}}
-    if not way.task:
-        return {"200": {"description": "done", "content": {way.answer: {}}}}
-    own: dict[str, Any] = {} if way.answer == "application/json" else {way.answer: {}}  # where Accept names it
-    begun = {"description": "begun, with the header Prefer: respond-async", "content": task}
-    return {"200": {"description": "done", "content": {**task, **own}}, "202": begun}
-
-
 def _operation(way: Way, schema: dict[Any, Any]) -> dict[str, Any]:
     named = [{"name": name, "in": "path", "required": True, "schema": {"type": "string"}}
              for name in _IN_PATH.findall(way.path)]  # fmt: skip
     asked = [{"name": name, "in": "query", "description": said, "schema": {"type": "string"}}
              for name, said in way.query]  # fmt: skip
     fault = {"description": "refused", "content": {"application/json": {"schema": {"$ref": _ERROR}}}}
+    responses: dict[str, Any] = {"200": {"description": "done", "content": {way.answer: {}}}}
+    if way.task:
+        task = {"application/json": {"schema": {"$ref": "#/components/schemas/Task"}}}
+        own: dict[str, Any] = {} if way.answer == "application/json" else {way.answer: {}}  # where Accept names it
+        begun = {"description": "begun, with the header Prefer: respond-async", "content": task}
+        responses = {"200": {"description": "done", "content": {**task, **own}}, "202": begun}
     operation: dict[str, Any] = {
         "summary": way.summary,
-        "responses": {**_answers(way), "4XX": fault},
+        "responses": {**responses, "4XX": fault},
         **({"parameters": [*named, *asked]} if named or asked else {}),
         **({} if way.path in OPEN else {"security": [{"key": []}]}),
     }

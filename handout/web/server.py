@@ -33,11 +33,11 @@ _STATIC = Path(__file__).resolve().parent / "static"
 _MOST_CONNECTIONS = 200  # at once; a browser opens six
 
 
-async def _described(studio: Studio, request: Request, body: None) -> Response:
+async def _describe_api(studio: Studio, request: Request, body: None) -> Response:
     return json_answer(openapi(WAYS))
 
 
-WAYS = (*(way for table in TABLES for way in table), Way("GET", "/api/openapi.json", "This description", _described))
+WAYS = (*(way for table in TABLES for way in table), Way("GET", "/api/openapi.json", "This description", _describe_api))
 
 
 def application(studio: Studio, port: int) -> ASGIApp:
@@ -62,7 +62,7 @@ def application(studio: Studio, port: int) -> ASGIApp:
     faults: dict[Any, Any] = {HTTPException: _fault, OSError: _full_disk, Exception: _fault}
     app = Starlette(routes=routes, lifespan=lifespan, exception_handlers=faults)
     app.state.studio = studio
-    return Guard(app, port, studio.known)
+    return Guard(app, port, studio.knows_key)
 
 
 async def _fault(request: Request, error: Exception) -> Response:
@@ -139,7 +139,7 @@ def serve(
     )
     server = uvicorn.Server(config)
 
-    async def run() -> None:
+    async def run_server() -> None:
         serving = asyncio.ensure_future(server.serve(sockets=[one]))
         while not server.started and not serving.done():
             await asyncio.sleep(0.01)
@@ -148,7 +148,7 @@ def serve(
         await serving
 
     try:
-        asyncio.run(run())
+        asyncio.run(run_server())
     finally:
         one.close()
         if key_file is not None:

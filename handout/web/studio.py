@@ -91,7 +91,7 @@ class Studio:
         self.token = ""
         return self.new_key()
 
-    def known(self, key: str) -> bool:
+    def knows_key(self, key: str) -> bool:
         """Whether a key is that of a session; how long that takes says nothing of the keys."""
         return sum(secrets.compare_digest(key.encode(), own.encode()) for own in self._keys) > 0
 
@@ -115,12 +115,12 @@ class Studio:
         HTTPException
             429: too many wait.
         """
-        ended = [task for task in self.tasks.values() if task.ended]
+        ended = [task for task in self.tasks.values() if task.has_ended]
         for task in ended[: max(0, len(ended) - _MOST_TASKS)]:
             self.tasks.pop(task.id).discard()
         task = Task(kind, call, folder)
         try:
-            lane.put(task)
+            lane.add_task(task)
         except LaneFull:
             task.discard()  # pictures that were sent lie in it
             raise HTTPException(429, "Too much is waiting to be done: wait, or cancel some of it.") from None
@@ -139,10 +139,10 @@ class Studio:
         try:
             await task.wait()
         finally:
-            if not task.ended:
+            if not task.has_ended:
                 task.change(state="cancelled")
             self.tasks.pop(task.id, None)
-        refused(task)
+        raise_refused(task)
         return task.facts
 
     def keep_soon(self, hand: str, after: float = _QUIET) -> None:
@@ -167,7 +167,7 @@ class Studio:
         if self.unkept.get(hand) is asyncio.current_task():
             del self.unkept[hand]
 
-    async def settled(self, hand: str) -> None:
+    async def settle_hand(self, hand: str) -> None:
         """Wait until the file of a hand has all its corrections, before somebody else reads it."""
         waiting = self.unkept.pop(hand, None)
         if waiting is not None:
@@ -198,7 +198,7 @@ class Studio:
             await self.answer("looking for a port", Call("plot_desk.known_port", (port,)))
         # of simulated machines there is one
         places = [port.partition(":")[0] if port.startswith("sim") else port for port in ports]
-        before = next((task for place in places if (task := self.attended.get(place)) and not task.ended), None)
+        before = next((task for place in places if (task := self.attended.get(place)) and not task.has_ended), None)
         if before is not None:
             raise HTTPException(409, f"The machine is busy with {before.kind}: wait, or stop that first.")
         first = places[0]
@@ -220,7 +220,7 @@ class Studio:
     async def close(self) -> None:
         """End all work, and delete what was made."""
         with contextlib.suppress(TimeoutError):
-            await asyncio.wait_for(asyncio.gather(*map(self.settled, list(self.unkept))), _LAST)
+            await asyncio.wait_for(asyncio.gather(*map(self.settle_hand, list(self.unkept))), _LAST)
         for waiting in (*self.unkept.values(), *self.running):
             waiting.cancel()
         lanes = (self.quick, self.long, self.desk, self.bench, *self._machines.values())
@@ -240,7 +240,7 @@ def sweep() -> None:
             shutil.rmtree(alive.parent)
 
 
-def refused(task: Task) -> None:
+def raise_refused(task: Task) -> None:
     """Raise what became of a task as an answer, where it was not done."""
     if task.state == "refused":
         raise HTTPException(409 if task.reason.startswith("Stale") else 422, task.error)

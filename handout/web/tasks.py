@@ -18,7 +18,7 @@ from handout import atomic, shipped
 from handout.errors import InputError
 from handout.web.calls import Draft, Login
 from handout.web.routes import Way, json_answer
-from handout.web.studio import SUFFIXES, Studio, Upload, refused
+from handout.web.studio import SUFFIXES, Studio, Upload, raise_refused
 from handout.web.workers import Task
 
 TYPES = {
@@ -125,7 +125,7 @@ async def show(studio: Studio, request: Request, body: None) -> Response:
 async def cancel(studio: Studio, request: Request, body: None) -> Response:
     """A task is no longer wanted."""
     task = task_of(studio, request)
-    if not task.ended:
+    if not task.has_ended:
         task.change(state="cancelled")
     return json_answer(task.snapshot())
 
@@ -160,7 +160,7 @@ async def file(studio: Studio, request: Request, body: None) -> Response:
 
 def file_answer(task: Task, number: int = 0) -> Response:
     """A file of a task as an answer."""
-    refused(task)
+    raise_refused(task)
     paths = task.files
     if not 0 <= number < len(paths):
         raise HTTPException(404, f"The task has no file {number}.")
@@ -169,20 +169,20 @@ def file_answer(task: Task, number: int = 0) -> Response:
     return FileResponse(path, media_type=kind, filename=path.name, content_disposition_type="attachment")
 
 
-async def followed(request: Request, task: Task, wanted: str = "") -> Response:
+async def follow_task(request: Request, task: Task, wanted: str = "") -> Response:
     """What becomes of a task: at once its number where the request prefers that, else when it has ended.
 
     Who goes away before that cancels it.  wanted : a media type; a request that accepts it gets the first file itself.
     """
     if "respond-async" in request.headers.get("prefer", ""):
         return json_answer(task.snapshot(), 202)
-    while not task.ended:
+    while not task.has_ended:
         waiting = asyncio.ensure_future(task.wait())
         await asyncio.wait({waiting}, timeout=_LOOK)
         waiting.cancel()
-        if not task.ended and await request.is_disconnected():
+        if not task.has_ended and await request.is_disconnected():
             task.change(state="cancelled")
-    refused(task)
+    raise_refused(task)
     if wanted and wanted in request.headers.get("accept", ""):
         return file_answer(task)
     return json_answer(task.snapshot())

@@ -63,7 +63,7 @@ class Task:
     _turn: asyncio.Event = field(default_factory=asyncio.Event)
 
     @property
-    def ended(self) -> bool:
+    def has_ended(self) -> bool:
         """Whether nothing more will come."""
         return self.state in ENDED
 
@@ -97,7 +97,7 @@ class Task:
     async def follow(self) -> AsyncIterator[dict[str, Any]]:
         """Its snapshots, one now and one at each change, until it has ended."""
         while True:
-            turn, ended = self._turn, self.ended
+            turn, ended = self._turn, self.has_ended
             yield self.snapshot()
             if ended:
                 return
@@ -105,7 +105,7 @@ class Task:
 
     async def wait(self) -> None:
         """Until it has ended."""
-        while not self.ended:
+        while not self.has_ended:
             await self._turn.wait()
 
     def discard(self) -> None:
@@ -129,7 +129,7 @@ class _Process:
             self._process = await asyncio.create_subprocess_exec(*command, stdin=pipe, stdout=pipe)
         return self._process
 
-    async def do(self, task: Task) -> None:
+    async def run_task(self, task: Task) -> None:
         """A task, until it has ended."""
         process = await self.start()
         assert process.stdout is not None
@@ -138,13 +138,13 @@ class _Process:
         try:
             _send(process, (number, task.call))
             task.tell = lambda word: _send(process, (number, word))
-            while not (task.ended and task.state != "cancelled"):
+            while not (task.has_ended and task.state != "cancelled"):
                 length = int.from_bytes(await process.stdout.readexactly(LENGTH), "big")
                 answer = msgspec.msgpack.decode(await process.stdout.readexactly(length))
-                if answer["number"] == number and self._heard(task, answer):
+                if answer["number"] == number and self._hear_answer(task, answer):
                     return
         except (asyncio.IncompleteReadError, ConnectionError, OSError):
-            if not task.ended:
+            if not task.has_ended:
                 task.change(state="failed", error=_BROKEN)
             with contextlib.suppress(ProcessLookupError):
                 process.kill()
@@ -152,11 +152,11 @@ class _Process:
         finally:
             canceller.cancel()
 
-    def _heard(self, task: Task, answer: dict[str, Any]) -> bool:
+    def _hear_answer(self, task: Task, answer: dict[str, Any]) -> bool:
         """Whether an answer was the last; nobody hears what a cancelled task still says."""
         what = answer["what"]
         if what in ENDED:
-            if not task.ended:
+            if not task.has_ended:
                 told: dict[str, Any] = {
                     "live": {},
                     "facts": answer.get("facts"),
@@ -166,11 +166,11 @@ class _Process:
                 told |= {"said": [*task.said, *(note for note in answer.get("notes", ()) if note not in task.said)]}
                 task.change(state=what, reason=answer.get("reason", ""), **told)
             return True
-        if not task.ended and what == "said":
+        if not task.has_ended and what == "said":
             task.change(said=[*task.said, *map(bare, answer["sentences"])][-_MOST_SAID:])
-        elif not task.ended and what == "live":
+        elif not task.has_ended and what == "live":
             task.change(live=answer["live"])
-        elif not task.ended:
+        elif not task.has_ended:
             task.change(share=answer["share"], stage=answer["stage"])
         return False
 
@@ -236,20 +236,20 @@ class Lane:
         while True:
             await self._room.acquire()
             task = await self._row.get()
-            doing = asyncio.ensure_future(self._do(self._idle.pop(), task))
+            doing = asyncio.ensure_future(self._run_task(self._idle.pop(), task))
             self._running.add(doing)
             doing.add_done_callback(self._running.discard)
 
-    async def _do(self, process: _Process, task: Task) -> None:
+    async def _run_task(self, process: _Process, task: Task) -> None:
         try:
-            if not task.ended:
+            if not task.has_ended:
                 task.change(state="running")
-                await process.do(task)
+                await process.run_task(task)
         finally:
             self._idle.append(process)
             self._room.release()
 
-    def put(self, task: Task) -> Task:
+    def add_task(self, task: Task) -> Task:
         """Let a task wait for its turn.
 
         Raises

@@ -7,10 +7,10 @@ from starlette.responses import Response
 
 from handout.pipeline.options import PictureOptions, SheetOptions, StyleDraft, WritingOptions
 from handout.web.calls import Handstyle, KeptStyle, MovementBody, MovementFile, StyledWord, Write
-from handout.web.hands import beside, name_of
+from handout.web.hands import name_of, put_beside
 from handout.web.routes import Way, json_answer
 from handout.web.studio import Studio
-from handout.web.tasks import TYPES, file_answer, followed
+from handout.web.tasks import TYPES, file_answer, follow_task
 from handout.web.worker import Call
 
 
@@ -24,15 +24,15 @@ async def choices(studio: Studio, request: Request, body: None) -> Response:
 async def write(studio: Studio, request: Request, body: Write) -> Response:
     """A text becomes files."""
     folder = studio.folder()
-    await studio.settled(studio.hand(body.hand))
+    await studio.settle_hand(studio.hand(body.hand))
     writing = body.options(WritingOptions, hand=studio.hand(body.hand))
     options = writing, body.options(SheetOptions), body.options(PictureOptions)
     arguments = body.text, body.letter, [folder / f"page.{body.format}"], options
-    shown = {"device": body.device, "pictures": beside(studio, body.pictures, folder)}
+    shown = {"device": body.device, "pictures": put_beside(studio, body.pictures, folder)}
     call = Call("writing.write_sent", arguments, shown, listens=True)
     lane = studio.quick if body.hand in studio.drawn and body.format == "svg" else studio.long
     task = studio.begin(lane, "writing", call, folder)
-    return await followed(request, task, TYPES.get(f".{body.format}", "application/octet-stream"))
+    return await follow_task(request, task, TYPES.get(f".{body.format}", "application/octet-stream"))
 
 
 def _draft(studio: Studio, body: Handstyle) -> StyleDraft:
@@ -48,7 +48,7 @@ async def show_style(studio: Studio, request: Request, body: None) -> Response:
 async def move(studio: Studio, request: Request, body: MovementBody) -> Response:
     """Targets are moved through."""
     arguments = (bytes(body.plan), _draft(studio, body.style), body.seed, body.samples)
-    return json_answer(await studio.answer("a movement", Call("style_editor.moved", arguments)))
+    return json_answer(await studio.answer("a movement", Call("style_editor.move_targets", arguments)))
 
 
 async def word(studio: Studio, request: Request, body: StyledWord) -> Response:
@@ -69,8 +69,8 @@ async def movement_file(studio: Studio, request: Request, body: MovementFile) ->
     output = folder / f"{body.style.name}.{body.format}"
     call = Call("style_editor.keep_movement", (bytes(body.plan), _draft(studio, body.style), body.seed, output))
     task = studio.begin(studio.quick, "saving", call, folder)
-    answer = await followed(request, task)
-    return file_answer(task) if task.ended else answer
+    answer = await follow_task(request, task)
+    return file_answer(task) if task.has_ended else answer
 
 
 async def keep_style(studio: Studio, request: Request, body: KeptStyle) -> Response:

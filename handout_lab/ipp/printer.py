@@ -258,7 +258,7 @@ class SimulatedPrinter:
         if self._reasons != ("none",) and after and self._clock() - self._stopped >= after:
             self.clear()
         for job in self.jobs:
-            if job.state.over or job.state == JobState.HELD or job.stage == "lacking":
+            if job.state.is_over or job.state == JobState.HELD or job.stage == "lacking":
                 continue
             waited, f = self._clock() - job.since, self.faults
             if job.number == f.restart_at:
@@ -300,14 +300,14 @@ class SimulatedPrinter:
 
     def _list_jobs(self, request: Message) -> Message:
         over = _first(request, "which-jobs", "not-completed") == "completed"
-        jobs = [job for job in self.jobs if job.state.over == over and not (over and self.faults.forgetful)]
+        jobs = [job for job in self.jobs if job.state.is_over == over and not (over and self.faults.forgetful)]
         return _message(request, IppStatus.OK, *(_job_group(job) for job in jobs))
 
     def _cancel(self, request: Message) -> Message:
         job = self._job_asked_for(request)
         if job is None:
             return _message(request, IppStatus.NOT_FOUND)
-        if job.state.over:
+        if job.state.is_over:
             return _message(request, IppStatus.NOT_POSSIBLE)
         job.state, job.reasons = JobState.CANCELED, ("job-canceled-by-user",)
         return _message(request, IppStatus.OK)
@@ -315,13 +315,13 @@ class SimulatedPrinter:
     def _job_asked_for(self, request: Message) -> SimulatedJob | None:
         number = _first(request, "job-id", 0)
         wanted = next((job for job in self.jobs if job.number == number), None)
-        return None if wanted is not None and wanted.state.over and self.faults.forgetful else wanted
+        return None if wanted is not None and wanted.state.is_over and self.faults.forgetful else wanted
 
     def _refusal(self, request: Message) -> Message | None:
         """Why a page cannot be printed; None if it can."""
         if _first(request, "document-format", self.faults.formats[0]) not in self.faults.formats:
             return _message(request, _BAD_FORMAT)
-        column = request.all("media-col", MessageTag.JOB)
+        column = request.find_all("media-col", MessageTag.JOB)
         if not column or not isinstance(column[0].value, tuple):
             return _message(request, _BAD_REQUEST)
         media = Message(0, (AttributeGroup(MessageTag.JOB, column[0].value),))
@@ -397,7 +397,7 @@ def _job_group(job: SimulatedJob) -> AttributeGroup:
 
 
 def _first(request: Message, name: str, otherwise: Any) -> Any:
-    values: tuple[Value, ...] = request.all(name)
+    values: tuple[Value, ...] = request.find_all(name)
     return values[0].value if values else otherwise
 
 

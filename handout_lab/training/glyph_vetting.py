@@ -74,7 +74,7 @@ def simulated_page(number: int) -> Simulated:
         usual(RECIPE.pens[number % len(RECIPE.pens)]),
         layout=Layout(page("A5"), x_height=float(rng.uniform(*RECIPE.x_height))),
     )
-    sentences = corpus.shipped()
+    sentences = corpus.shipped_sentences()
     others = texts(sentences, rng)
     words = " ".join([*rng.choice(np.array(sentences, dtype=object), RECIPE.sentences), next(others), next(others)])
     while True:

@@ -40,7 +40,7 @@ def read_sentences(path: Path | None) -> list[str]:
         The file cannot be read or is empty.
     """
     if path is None:
-        return list(corpus.shipped())
+        return list(corpus.shipped_sentences())
     try:
         sentences = [line.strip() for line in path.read_text(encoding="utf-8").splitlines() if line.strip()]
     except (OSError, UnicodeDecodeError) as error:

@@ -71,7 +71,7 @@ class Shipped:
 def prompt(recipe: Recipe, hand: Hand, count: int = PAGES) -> str:
     """What the author copies: chosen sentences with all printable ASCII and the usual accents, broken into lines."""
     characters = corpus.PRINTABLE + ACCENTED
-    sentences = corpus.shipped()
+    sentences = corpus.shipped_sentences()
     target = sentence_choice.frequencies(corpus.usable(sentences, frozenset(characters + " ")))
     lines = _LAYOUT.lines_a_page(hand.pitch)
     chosen = prompt_pages.prompt(sentences, target, characters, pages=count, lines=lines, width=recipe.width)

@@ -64,7 +64,7 @@ def tags(name: str, count: int, rng: np.random.Generator) -> Iterator[Drawing]:
 
 def written(name: str, words: int, rng: np.random.Generator) -> Drawing:
     """About so many words of a built-in hand."""
-    sentences = corpus.shipped()
+    sentences = corpus.shipped_sentences()
     text, order = "", rng.permutation(len(sentences)).tolist()
     while len(text.split()) < words:
         text += f"{sentences[order.pop()]} "

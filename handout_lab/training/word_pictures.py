@@ -453,7 +453,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         if w.name not in options.without and (not options.only or w.name in options.only)
     ]
     hands = [] if options.only else built_in_hands()
-    source = word_pictures(writers, hands, Texts(corpus.shipped()), np.random.default_rng(options.seed))
+    source = word_pictures(writers, hands, Texts(corpus.shipped_sentences()), np.random.default_rng(options.seed))
     save([next(source) for _ in range(options.count)], options.output)
     print(f"{options.output}: {options.count} pictures, {len(writers)} fonts", file=sys.stderr)
 

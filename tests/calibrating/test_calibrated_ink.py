@@ -54,7 +54,7 @@ def test_ink_out_of_reach_is_counted(stored):
     made(page(rgba))
     facts = made.facts()
     assert facts["out_of_reach"] == pytest.approx(0.375) and facts["lost"] > 5
-    assert made.said().startswith(
+    assert made.tell_reach().startswith(
         f"calibration simulated/white of {stored.date:%Y-%m-%d} (made today). This printer cannot print 38% of the ink"
     )
 
@@ -62,7 +62,7 @@ def test_ink_out_of_reach_is_counted(stored):
 def test_a_blank_page_says_nothing_of_reach(stored):
     made = calibrated_ink.CalibratedInk(stored)
     assert not made(page(np.zeros((4, 4, 4)))).rgba.any()
-    assert "reach" not in made.said()
+    assert "reach" not in made.tell_reach()
 
 
 def test_the_newest_of_a_paper_is_used(stored, built):
@@ -73,7 +73,9 @@ def test_the_newest_of_a_paper_is_used(stored, built):
     assert calibrated_ink.choose("sim") == (new, [])
     assert store.add(built).folder == new.folder, "one that is stored is not stored twice"
     cream = aged(store.add(built), 0, "cream")
-    assert [one.folder for one in store.every()] and calibrated_ink.choose("sim", "cream")[0].folder == cream.folder
+    assert [one.folder for one in store.list_stored()] and calibrated_ink.choose("sim", "cream")[
+        0
+    ].folder == cream.folder
     assert calibrated_ink.choose("sim", asked="simulated/white")[0].paper == "white"
 
 
@@ -110,7 +112,7 @@ def test_folders_that_are_no_calibration_are_passed_over(stored):
     other = stored.folder.parent / "2020-01-01T000000"
     other.mkdir()
     (other / "about.json").write_text("{")
-    assert store.every() == [stored]
+    assert store.list_stored() == [stored]
 
 
 def test_a_build_that_fails_leaves_nothing(patches, tmp_path):

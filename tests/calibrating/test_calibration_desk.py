@@ -82,7 +82,7 @@ def test_a_wrong_page_is_shown_as_it_is(wizard, tmp_path):
     with pytest.raises(InputError, match=r"text\.txt"):
         (tmp_path / "text.txt").write_text("no picture")
         taken(wizard, tmp_path / "text.txt", tmp_path / "out")
-    assert store.every() == []
+    assert store.list_stored() == []
 
 
 def test_a_meddling_scanner_is_named(wizard, picture, tmp_path):

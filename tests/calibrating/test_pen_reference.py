@@ -45,7 +45,7 @@ def with_pen(stored, scribbles, tmp_path):
 
 
 def test_settings_that_differ_are_named(scribbles):
-    known = pen_reference.compared(scribbles["scanner-gamma"], HAND)
+    known = pen_reference.compare_scribble(scribbles["scanner-gamma"], HAND)
     assert known.kind is Kind.CORRECTED and known.doubtful and known.facts()["difference"] > 4
     assert "lighter than the hand's own scan" in known.sentence and "the scanner's settings differ" in known.sentence
 
@@ -55,29 +55,29 @@ def test_words_in_the_frame_are_found(sheet, profile):
     picture = Flatbed().scan(words, 120, np.random.default_rng(1))
     reading = read([ChartScan(picture, (120, 120))])
     assert reading.findings == () and reading.scribble.density.max() > 0.5
-    known = pen_reference.compared(reading.scribble, HAND)
+    known = pen_reference.compare_scribble(reading.scribble, HAND)
     assert known.kind is Kind.COARSE and "The chart was scanned at only 120 dpi" in known.sentence
 
 
 def test_without_words_nothing_is_known_and_that_is_said(patches, scan):
     assert read([scan]).scribble is None
-    known = pen_reference.compared(None, HAND)
+    known = pen_reference.compare_scribble(None, HAND)
     assert known.kind is Kind.NOTHING and known.doubtful and known.match is None
     assert "cannot be known" in known.sentence and "in the frame" in known.sentence
 
 
 def test_whose_pen_it_is(scribbles):
     some = scribbles["same"]
-    assert pen_reference.compared(some, "").kind is Kind.KEPT
-    assert pen_reference.compared(some, "house-print").kind is Kind.DRAWN
-    other = pen_reference.compared(some, HAND, "somebody")
+    assert pen_reference.compare_scribble(some, "").kind is Kind.KEPT
+    assert pen_reference.compare_scribble(some, "house-print").kind is Kind.DRAWN
+    other = pen_reference.compare_scribble(some, HAND, "somebody")
     assert other.kind is Kind.OTHER_HAND and other.match is None and "somebody" in other.sentence
 
 
 def test_another_pen_is_not_taken_for_settings(scribbles):
     some = scribbles["same"]
     red = type(some)(some.paper * np.exp(-some.density * np.array([0.1, 1.5, 1.0])), some.paper, some.dpi)
-    known = pen_reference.compared(red.__class__(red.picture.astype(np.float32), red.paper, red.dpi), HAND)
+    known = pen_reference.compare_scribble(red.__class__(red.picture.astype(np.float32), red.paper, red.dpi), HAND)
     assert known.kind is Kind.OTHER_PEN and known.match is None and "another pen" in known.sentence
 
 
@@ -110,7 +110,7 @@ def test_one_figure_on_ink_out_of_reach(stored):
     )
     from handout.colour.gamut import said
 
-    assert said(made_strip.out, made_strip.lost, made_strip.whose) in made.said()
+    assert said(made_strip.out, made_strip.lost, made_strip.whose) in made.tell_reach()
 
 
 def test_what_the_pen_wrote_is_kept(with_pen, scribbles, tmp_path):

@@ -24,7 +24,7 @@ def prepared(built, tmp_path_factory):
     folder = tmp_path_factory.mktemp("prepared") / "one"
     shutil.copytree(built.folder, folder)
     calibration = dataclasses.replace(built, folder=folder)
-    return strip.prepare(calibration), calibration.kept(store.STRIP)
+    return strip.prepare(calibration), calibration.load_kept(store.STRIP)
 
 
 @pytest.fixture
@@ -72,7 +72,7 @@ def test_nothing_was_printed(stored):
 def test_a_chart_is_no_strip(made, stored, scan):
     with pytest.raises(ScanRefused, match="no scan of a verification strip"):
         verification.verify(stored, [scan])
-    assert stored.kept(store.VERIFICATION) is None
+    assert stored.load_kept(store.VERIFICATION) is None
 
 
 def test_a_strip_of_other_colours_is_refused(made, stored, profile):
@@ -85,7 +85,7 @@ def test_another_paper_is_said_and_called_poor(made, stored, profile):
     found = verification.verify(stored, [scanned(made, stored, profile, paper="recycled")])
     assert "another paper" in found.findings[0]
     assert found.after.mean > 4 and "sees no difference" not in found.verdict
-    assert stored.kept(store.VERIFICATION)["verdict"] == found.verdict
+    assert stored.load_kept(store.VERIFICATION)["verdict"] == found.verdict
 
 
 def test_the_ink_of_a_hand(stored):
@@ -113,4 +113,4 @@ def test_two_pictures_are_one_too_many(made, stored, tmp_path):
     Image.new("RGB", (400, 400), "white").save(path)
     with pytest.raises(InputError, match="one page, and 2 were given"):
         verification.verify(stored, [path, path])
-    assert store.every()[0].kept(store.VERIFICATION) is None
+    assert store.list_stored()[0].load_kept(store.VERIFICATION) is None

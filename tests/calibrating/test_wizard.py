@@ -25,11 +25,11 @@ def test_the_whole_way(with_table, profile, tmp_path):
     assert verified.before.mean > 5
     assert verified.grey_after.mean <= 0.5 and verified.ink_after.count > 40
     assert "the eye sees no difference" in verified.verdict and verified.findings == ()
-    assert store.every() == []
+    assert store.list_stored() == []
     kept = wizard.store()
     assert wizard.step is Step.DONE
     assert store.newest("sim").date == kept.date
-    assert kept.kept(store.VERIFICATION)["after"]["mean"] == verified.after.mean
+    assert kept.load_kept(store.VERIFICATION)["after"]["mean"] == verified.after.mean
     assert not wizard.folder.exists()
 
 
@@ -135,7 +135,7 @@ def refused(wizard, path):
     """The codes of what was refused; nothing has changed by it."""
     with pytest.raises(ScansRefused) as caught:
         wizard.take_scans([path])
-    assert wizard.step is Step.SCAN and wizard.scans == [] and store.every() == []
+    assert wizard.step is Step.SCAN and wizard.scans == [] and store.list_stored() == []
     assert not wizard.patches.exists()
     return {one.code for one in caught.value.findings if one.severity == "refuse"}
 
@@ -160,7 +160,7 @@ def test_a_doubtful_scan_is_taken_with_a_word(code, wizard, picture, tmp_path):
     except ScansRefused as error:
         found = error.findings
     assert code in {one.code for one in found}
-    assert store.every() == []
+    assert store.list_stored() == []
 
 
 @pytest.mark.slow
@@ -174,7 +174,7 @@ def test_a_bad_print_is_named(fault, code, wizard, profile, chart_pixels, tmp_pa
     except ScansRefused as error:
         found = error.findings
     assert code in {one.code for one in found}
-    assert store.every() == []
+    assert store.list_stored() == []
 
 
 @pytest.mark.slow

@@ -40,6 +40,6 @@ def told(monkeypatch):
     def shown(quiet):
         yield lambda share, stage, left=None: found.append((share, stage))
 
-    monkeypatch.setattr(progress, "shown", shown)
-    monkeypatch.setattr(progress, "wanted", lambda quiet: True)
+    monkeypatch.setattr(progress, "show_bar", shown)
+    monkeypatch.setattr(progress, "wants_bar", lambda quiet: True)
     return found

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from handout.cli.sentences import lent
+from handout.cli.sentences import tell_lent
 from handout.pipeline.results import Tally
 
 SEED = ("--seed", 1, "--hand", "house-quick", "--pen", "plain")
@@ -68,7 +68,7 @@ def test_letters_of_one_source_are_told_of_together():
         {"letter": letter, "from": "of house-print", "own": False, "count": n} for letter, n in (("G", 1), ("M", 3))
     ]
     one = {"letter": "ə", "from": "e in its place", "own": False, "count": 2}
-    sentence = lent(Tally(borrowed=[*made, one]))
+    sentence = tell_lent(Tally(borrowed=[*made, one]))
     assert (
         sentence == " Lent to the hand: ə (e in its place, 2 times). Lent to the hand, of house-print: G, M (3 times)."
     )

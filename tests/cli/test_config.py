@@ -201,8 +201,10 @@ page = "A4"
     ],
 )
 def test_one_key_is_changed_and_all_else_stays(key, value, expected):
-    assert configuration.changed(FILE, key, value) == expected
-    assert configuration.changed("", key, value) == ("" if value is None else configuration.changed("", key, value))
+    assert configuration.change_text(FILE, key, value) == expected
+    assert configuration.change_text("", key, value) == (
+        "" if value is None else configuration.change_text("", key, value)
+    )
 
 
 @pytest.mark.parametrize(

@@ -74,8 +74,8 @@ def test_a_full_disk_is_a_sentence_wherever_it_is_met(monkeypatch, capsys, hidde
         raise full
 
     monkeypatch.setattr(cli.cli, "main", fails)
-    assert cli._run([]) == 2
+    assert cli._run_command([]) == 2
     assert "The disk is full" in capsys.readouterr().err
     monkeypatch.setattr(cli.cli, "main", lambda **_: Path("/no/such/file").read_text())
     with pytest.raises(FileNotFoundError):  # other faults are not hidden
-        cli._run([])
+        cli._run_command([])

@@ -140,7 +140,7 @@ def test_the_pages_of_a_job_keep_the_rules_that_were_measured(photo):
     assert isinstance(task.layout.ruling, Ruling) and task.layout.ruling.pitch == pytest.approx(7.1, abs=0.3)
     kept = json.loads(json.dumps(job_pages.inputs(TEXT, task, writing, sheet, "A5")))
     Path("sheet.jpg").unlink()
-    assert job_pages._again(kept, 1).layout == task.layout
+    assert job_pages._reopen_task(kept, 1).layout == task.layout
 
 
 def test_text_keeps_clear_of_what_is_printed_on_a_plain_sheet(call):

@@ -33,7 +33,7 @@ def seen(monkeypatch):
 def test_a_terminal_shows_share_stage_and_time(monkeypatch):
     terminal, clock = seen(monkeypatch), iter(range(0, 10_000, 10))
     monkeypatch.setattr(progress, "time", SimpleNamespace(monotonic=lambda: float(next(clock))))
-    with progress.shown(False) as tell:
+    with progress.show_bar(False) as tell:
         tell(0.25, "learning")
         (bar,) = progress._shown
         bar.refresh()
@@ -46,7 +46,7 @@ def test_a_terminal_shows_share_stage_and_time(monkeypatch):
 
 def test_what_is_said_meanwhile_stands_on_a_line_of_its_own(monkeypatch):
     terminal = seen(monkeypatch)
-    with progress.shown(False) as tell:
+    with progress.show_bar(False) as tell:
         tell(0.5, "working")
         Console().say("a sentence")
         assert progress._shown[0].live.is_started
@@ -56,9 +56,9 @@ def test_what_is_said_meanwhile_stands_on_a_line_of_its_own(monkeypatch):
 def test_elsewhere_nothing_is_shown_and_nothing_imported(monkeypatch):
     for stream, quiet in ((io.StringIO(), False), (Terminal(), True)):
         monkeypatch.setattr("sys.stderr", stream)
-        with progress.shown(quiet) as tell:
+        with progress.show_bar(quiet) as tell:
             tell(0.5, "working")
-        assert stream.getvalue() == "" and not progress.wanted(quiet)
+        assert stream.getvalue() == "" and not progress.wants_bar(quiet)
     verbs = "plot_, hand_, write_, calibrate_, print_"
     code = f"import sys; from handout.cli import main, {verbs}; print('rich' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "False\n"

@@ -12,7 +12,7 @@ import pytest
 from click.shell_completion import get_completion_class
 
 from handout.cli import cli, completion_, configuration
-from handout.cli.commands import headed
+from handout.cli.commands import group_options
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -98,7 +98,7 @@ def test_many_options_stand_under_headings(call, monkeypatch):
     """Each once, in the help, the manual page, and few of a long list under one heading."""
     monkeypatch.setenv("COLUMNS", "80")
     for path, verb in configuration.all_verbs(cli).items():
-        parts = headed(verb, click.Context(verb))
+        parts = group_options(verb, click.Context(verb))
         names = [option.name for options in parts.values() for option in options]
         assert sorted(names) == sorted(
             option.name for option in verb.get_params(click.Context(verb)) if option.opts[0].startswith("-")

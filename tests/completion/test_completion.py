@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from handout.cli.sentences import lent
+from handout.cli.sentences import tell_lent
 from handout.completion.completed_hand import complete_hand, outlook
 from handout.errors import InputError, MissingCharacters
 from handout.hand.vetting import vet
@@ -144,12 +144,14 @@ def test_a_letter_of_which_all_are_doubtful_is_lent_beside_its_own(small_hand):
 def test_what_is_lent_for_doubtful_letters_is_told_with_the_places_where_it_is_written(small_hand):
     hand = doubted(small_hand, "h")
     options = WritingOptions(hand=hand, seed=3, fallback=True)
-    _, sheets = TextDocument("hen hen", prepare(options)).set()
+    _, sheets = TextDocument("hen hen", prepare(options)).set_pages()
     (about,) = (sheet.manuscript.about for sheet in sheets)
     (fact,) = about["borrowed"]
     assert fact["doubtful"] and not fact["own"] and fact["at"] == [0, 4] and "doubtful" in fact["from"]
-    _, sheets = TextDocument("hen hen", prepare(WritingOptions(hand=hand, seed=3))).set()
+    _, sheets = TextDocument("hen hen", prepare(WritingOptions(hand=hand, seed=3))).set_pages()
     (about,) = (sheet.manuscript.about for sheet in sheets)
     assert about["borrowed"][0]["own"] and about["borrowed"][0]["doubtful"] and about["borrowed"][0]["at"] == [0, 4]
-    assert lent(Tally(borrowed=about["borrowed"])).startswith(" All that the hand has are doubtful of: h, 2 times;")
+    assert tell_lent(Tally(borrowed=about["borrowed"])).startswith(
+        " All that the hand has are doubtful of: h, 2 times;"
+    )
     assert {way.letter: way.how for way in outlook(hand, "hen")} == {"h": "doubted"}

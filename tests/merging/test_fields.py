@@ -3,7 +3,7 @@
 import pytest
 
 from handout.errors import InputError
-from handout.merging.fields import Fields, RowManner, counted, doubts, told_repeats
+from handout.merging.fields import Fields, RowManner, count_copies, doubts, tell_repeats
 from handout.merging.template import LetterTemplate
 from handout.printing.address_table import read_addresses, read_rows
 from handout.printing.column_names import identifier
@@ -37,11 +37,11 @@ def test_columns_are_named_by_header_and_by_what_they_mean(path):
     values = fields.values(table[0])
     assert values["vorname"] == values["first_name"] == "Anna" and values["last_name"] == "Maß"
     assert values["address"] == "Anna Maß\nWeg 1\n89073 Ulm"
-    assert fields.used(["first_name", "geschenk"]) == {"Vorname", "Geschenk"}
+    assert fields.used_headers(["first_name", "geschenk"]) == {"Vorname", "Geschenk"}
 
 
 def test_a_row_says_how_it_is_made(path):
-    table = counted(read_rows(path, ["copies=Stück,hand=Schrift"]))
+    table = count_copies(read_rows(path, ["copies=Stück,hand=Schrift"]))
     (row,) = table
     assert row.copies == 2 and row.lines == () and row.problem == ""
     assert Fields(table.columns).manner(row) == RowManner(hand="house-print")
@@ -53,7 +53,7 @@ def test_a_row_says_how_it_is_made(path):
 
 def test_copies_that_are_no_number_are_the_row_s_problem(path):
     path.write_text("name,copies\nAnna,two\nBen,0\nCleo,\nDan,1e9\n", encoding="utf-8")
-    table = counted(read_rows(path, ["copies=copies"]))
+    table = count_copies(read_rows(path, ["copies=copies"]))
     assert [(row.number, row.copies, bool(row.problem)) for row in table] == [(2, 1, True), (4, 1, False), (5, 1, True)]
     assert "says 'two', which is no number of copies from 0 to 100" in table[0].problem
     assert any("of which nothing is made" in note for note in table.notes)
@@ -80,7 +80,7 @@ def test_two_columns_of_one_name_are_told_apart_by_their_places(tmp_path):
         letter := LetterTemplate("Thanks for {{ gift_4 }} and {{ row['Gift (5)']|default('all') }}", "l.txt"), "two.csv"
     )
     assert letter.fill(fields.values(rows[0]), rows[0].cells) == "Thanks for jam and all"
-    assert counted(rows)[0].copies == 3
+    assert count_copies(rows)[0].copies == 3
 
 
 @pytest.mark.parametrize("once", [True, False])
@@ -93,8 +93,8 @@ def test_rows_that_are_the_same_are_told_and_may_be_made_once(tmp_path, once):
         (read_addresses(path), (), "rows 2, 4 and 5"),
         (read_addresses(path), ("Gift",), "rows 2 and 4"),
     ):
-        found = told_repeats(rows, used, once=once)
+        found = tell_repeats(rows, used, once=once)
         assert same in found.notes[-1] and ("--once" in found.notes[-1]) is not once
         again = {int(n) for n in same.replace(",", "").split() if n.isdecimal()} - {2} if once else set()
         assert [row.number for row in found] == [n for n in (2, 3, 4, 5) if n not in again]
-    assert told_repeats(read_rows(path), (), once=once).notes == read_rows(path).notes
+    assert tell_repeats(read_rows(path), (), once=once).notes == read_rows(path).notes

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from handout.errors import InputError
-from handout.merging.template import LetterTemplate, escaped, titled
+from handout.merging.template import LetterTemplate, escape_markdown, title_name
 
 ROW = {"first_name": "Anna", "gift": "", "birthday": "2026-03-01", "many": "3", "tricky": "*A* {{ gift }} =SUM(A1)"}
 HEADERS = {"First name": "Anna"}
@@ -115,7 +115,7 @@ def test_a_date_follows_the_language_of_its_row():
     ],
 )
 def test_names_typed_in_one_case_get_capitals(typed, wanted):
-    assert titled(typed) == wanted
+    assert title_name(typed) == wanted
 
 
 def test_what_is_in_a_cell_is_never_markdown():
@@ -127,7 +127,7 @@ def test_what_is_in_a_cell_is_never_markdown():
 @given(st.text(st.characters(exclude_categories=["Cs", "Cc"]), max_size=60))
 def test_escaped_text_is_what_was_typed(text):
     """Without the backslashes before marks it is the text again, and no mark is without one."""
-    made = escaped(text)
+    made = escape_markdown(text)
     plain, at = "", 0
     while at < len(made):
         at += made[at] == "\\"

@@ -23,7 +23,7 @@ def test_pages_are_added_and_what_was_corrected_stays(small_hand, small_hand_fil
     desk.correct_letters(str(path), state["revision"], confirm)
     assert "corrections that mine.hand lacks" in untaken(str(path))[0]
     # reading is tested where it is done: here the pages are there already
-    read = SimpleNamespace(hand=small_hand, pages=())
+    read = SimpleNamespace(hand=small_hand, pages=(), moved=2)
 
     def reading(*given):
         """Meanwhile another program corrects the hand."""
@@ -33,7 +33,7 @@ def test_pages_are_added_and_what_was_corrected_stays(small_hand, small_hand_fil
         file.record(path, path, hand, made, JournalEntry((Confirm(page=0, at=at),), ()))
         return read
 
-    monkeypatch.setattr(hands, "_read", reading)
+    monkeypatch.setattr(hands, "_read_pages", reading)
     more = hands.read_more(str(path), ["page.png"], ["an even line"])
     assert untaken(str(path)) == ()
     joined, count = file.load(path), len(before.glyphs)
@@ -42,7 +42,8 @@ def test_pages_are_added_and_what_was_corrected_stays(small_hand, small_hand_fil
     for old, new in zip(before.glyphs, joined.glyphs[count:], strict=True):
         assert (new.letter, new.page, new.line) == (old.letter, 1, old.line)
         assert new.after == (old.after + count if old.after >= 0 else old.after)
-    stays, kept = more.notes
+    moved, stays, kept = more.notes
+    assert moved.endswith("went there: 2 pieces.")
     assert stays == "What was corrected in small stays, and can no longer be undone." and "--ink-only" in kept
     assert desk.open_letters(str(path))["revision"] != state["revision"]
     assert len(desk.page_letters(str(path), 1)["letters"]) == count

@@ -55,7 +55,7 @@ def test_any_title_and_numbers_survive_their_file(title, smooth, shear):
 @pytest.mark.parametrize("name", ["fast-tag", "learned"])
 def test_the_page_s_path_is_that_of_the_command(name, tmp_path):
     made = draft(name, **({} if name == "learned" else {"jitter.size": 0.02, "covariance.spread": 0.5}))
-    shown = desk.moved(PLAN, made, 7, samples=2)
+    shown = desk.move_targets(PLAN, made, 7, samples=2)
     file, plan = tmp_path / f"mine{'.style' if made.base else '.toml'}", tmp_path / "targets.json"
     desk.keep_movement(PLAN, made, 7, file)
     plan.write_bytes(PLAN)
@@ -73,20 +73,20 @@ def test_the_page_s_path_is_that_of_the_command(name, tmp_path):
 
 def test_ellipses_that_are_made_each_target_s_own_change_nothing():
     made = draft("fast-tag")
-    shown = desk.moved(PLAN, made, 1)
+    shown = desk.move_targets(PLAN, made, 1)
     matrices = [[[a, b], [b, c]] for a, b, c in shown["ellipses"]]
-    own = desk.moved(json.dumps({**json.loads(PLAN), "covariances": matrices}).encode(), made, 1)
+    own = desk.move_targets(json.dumps({**json.loads(PLAN), "covariances": matrices}).encode(), made, 1)
     for one, other in zip(shown["strokes"], own["strokes"], strict=True):
         assert np.allclose(one["x"], other["x"], atol=0.03) and np.allclose(one["y"], other["y"], atol=0.03)
     assert own["ellipses"] == shown["ellipses"]
-    rounder = desk.moved(PLAN, draft("fast-tag", **{"movement.smooth": 0.4}), 1)
+    rounder = desk.move_targets(PLAN, draft("fast-tag", **{"movement.smooth": 0.4}), 1)
     assert rounder["ellipses"][1][0] > shown["ellipses"][1][0] and rounder["length_mm"] < shown["length_mm"]
 
 
 def test_a_word_s_targets_lead_through_its_letters():
     plain = draft("calm", **{"movement.smooth": 0.3})
     plan = desk.targets_of_word("no", "house-print", plain)
-    strokes = desk.moved(json.dumps(plan).encode(), plain, 1)["strokes"]
+    strokes = desk.move_targets(json.dumps(plan).encode(), plain, 1)["strokes"]
     assert len(strokes) == len(plan["pen_up"]) + 1
     word = desk.word("no", "house-print", draft("calm"), 1)
     for one, there in zip(strokes, word["strokes"], strict=True):
@@ -127,10 +127,10 @@ def test_styles_are_kept_by_name_and_never_over_another_unasked(tmp_path, monkey
 )
 def test_values_that_none_can_have_are_named(values, said):
     with pytest.raises(InputError, match=said):
-        desk.moved(PLAN, StyleDraft(values), 1)
+        desk.move_targets(PLAN, StyleDraft(values), 1)
 
 
 def test_plans_that_are_none_are_refused():
     for plan in (b"[", b"{}", b'{"targets": []}', b'{"targets": [[1, 2]], "pen_up": [4]}'):
         with pytest.raises(InputError):
-            desk.moved(plan, StyleDraft({}), 1)
+            desk.move_targets(plan, StyleDraft({}), 1)

@@ -23,7 +23,7 @@ from handout.pipeline.merging import RowAccount, RowPages
 from handout.pipeline.options import MergeOptions, PictureOptions, PrintOptions, SheetOptions, TableOptions
 from handout.pipeline.options import WritingOptions as Writing
 from handout.pipeline.results import SILENT
-from handout.pipeline.row_work import MadeRow, ProcessWorkers, Remote, RowWork, WorkersLost, opened, row_work
+from handout.pipeline.row_work import MadeRow, ProcessWorkers, Remote, RowWork, WorkersLost, open_workers, row_work
 from handout.printing.prepared import PreparedRow
 from handout.printing.rows import TableRow
 
@@ -62,7 +62,7 @@ def numbered(count):
 
 def test_rows_come_in_their_order_and_no_more_are_begun_than_are_ahead():
     fake = Fake()
-    rows = fake.each(iter(numbered(9)))
+    rows = fake.make_each(iter(numbered(9)))
     assert fake.begun == []  # nothing is made before somebody asks
     for number in range(9):
         assert next(rows).row.number == number
@@ -72,9 +72,9 @@ def test_rows_come_in_their_order_and_no_more_are_begun_than_are_ahead():
 
 def test_what_is_lost_with_a_process_is_begun_again_but_not_for_ever():
     fake = Fake([1, 1, 4])
-    assert [made.row.number for made in fake.each(numbered(6))] == list(range(6))
+    assert [made.row.number for made in fake.make_each(numbered(6))] == list(range(6))
     with pytest.raises(WorkersLost, match=r"row 2 ended 5 times.*fewer --jobs"):
-        list(Fake([2] * 5).each(numbered(6)))
+        list(Fake([2] * 5).make_each(numbered(6)))
 
 
 class Plain:
@@ -92,7 +92,9 @@ def work(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     Path("people.csv").write_text(PEOPLE, encoding="utf-8")
     Path("letter.md").write_text(LETTER, encoding="utf-8")
-    merged = merging.read(Path("people.csv"), TableOptions(), MergeOptions("letter.md", with_envelopes=True), SILENT)
+    merged = merging.read_merge(
+        Path("people.csv"), TableOptions(), MergeOptions("letter.md", with_envelopes=True), SILENT
+    )
     sheet = SheetOptions(usual_page="A4")
     return row_work(RowPages(merged, Writing("house-print"), sheet, PictureOptions(pen="plain"), seed=3), Plain())
 
@@ -134,7 +136,7 @@ def test_a_machine_where_pages_could_come_out_otherwise_is_refused(work):
 def test_no_cluster_is_one_sentence(work, monkeypatch):
     pytest.importorskip("distributed")
     monkeypatch.setattr("handout.pipeline.row_work._ANSWER", 0.1)
-    with pytest.raises(InputError, match="no scheduler answers at nowhere"), opened(work, 1, "nowhere:1", print):
+    with pytest.raises(InputError, match="no scheduler answers at nowhere"), open_workers(work, 1, "nowhere:1", print):
         pass
 
 
@@ -144,7 +146,7 @@ def test_processes_that_are_killed_at_random_leave_no_trace(work):
     wanted, rng = pages(map(work.make, rows)), random.Random(1)
     with ProcessWorkers(work, 2) as workers:
         made = []
-        for each in workers.each(rows):
+        for each in workers.make_each(rows):
             made.append(each)
             if len(made) in (1, 3):
                 victim = rng.choice(sorted(set(multiprocessing.active_children()) - before, key=lambda one: one.pid))
@@ -159,10 +161,10 @@ def test_workers_of_a_cluster_that_are_killed_at_random_leave_no_trace(work):
     wanted = pages(map(work.make, rows))
     with (
         distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None, silence_logs=50) as cluster,
-        opened(work, 1, cluster.scheduler_address, print) as workers,
+        open_workers(work, 1, cluster.scheduler_address, print) as workers,
     ):
         made = []
-        for each in workers.each(rows):
+        for each in workers.make_each(rows):
             made.append(each)
             if len(made) in (1, 3):
                 alive = [worker.pid for worker in cluster.workers.values() if worker.pid]
@@ -195,5 +197,5 @@ def test_ctrl_c_ends_the_processes_and_says_how_to_go_on(work, tmp_path):
 
 
 def test_jobs_are_no_part_of_what_a_batch_is():
-    usual = merging._named(PrintOptions())
-    assert merging._named(PrintOptions(jobs=7, cluster="tcp://a:1")) == usual and "jobs" not in json.dumps(usual)
+    usual = merging._list_options(PrintOptions())
+    assert merging._list_options(PrintOptions(jobs=7, cluster="tcp://a:1")) == usual and "jobs" not in json.dumps(usual)

@@ -31,14 +31,14 @@ def test_headers_of_six_languages(headers, roles):
 
 @given(st.text(max_size=20))
 def test_a_key_does_not_depend_on_case_or_spacing(header):
-    assert column_names.normalised(f" {header} ".upper().lower()) == column_names.normalised(header.upper().lower())
-    assert column_names.normalised(column_names.normalised(header)) == column_names.normalised(header)
+    assert column_names.normalise(f" {header} ".upper().lower()) == column_names.normalise(header.upper().lower())
+    assert column_names.normalise(column_names.normalise(header)) == column_names.normalise(header)
 
 
 def test_no_header_means_two_things():
     seen: dict[str, str] = {}
     for role, headers in column_names._ROLES.items():
-        for key in {column_names.normalised(header) for header in column_names._listed(headers)}:
+        for key in {column_names.normalise(header) for header in column_names._split_headers(headers)}:
             assert key not in seen, f"{key} is both {seen[key]} and {role}"
             seen[key] = role
     assert len(seen) > 400

@@ -14,7 +14,7 @@ DL, A5 = page_sizes.page("dl"), page_sizes.page("a5")
 
 
 def fed(page, **changed):
-    return Feeding.of(page, msgspec.structs.replace(PLAIN, **changed))
+    return Feeding.for_page(page, msgspec.structs.replace(PLAIN, **changed))
 
 
 def mark(feeding):

@@ -402,5 +402,5 @@ def test_reasons_in_words():
     assert status.blocks_output(["media-jam-error"]) and not status.blocks_output(
         ["marker-supply-low", "media-empty-warning"]
     )
-    assert status.jammed(["media-jam"]) and not status.jammed(["media-empty-error"])
+    assert status.is_jammed(["media-jam"]) and not status.is_jammed(["media-empty-error"])
     assert status.phrase(0x0507) == "it is busy" and status.phrase(0x0999) == "it answered with status 0x0999"

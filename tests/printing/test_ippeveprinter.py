@@ -117,7 +117,7 @@ def test_a_received_page_has_the_pixels_that_were_meant(started, tmp_path):
         return drawing
 
     print_all([row], write, PROFILE, DL, ink=block, out=tmp_path / "a.pdf")
-    feeding = Feeding.of(DL, PROFILE)
+    feeding = Feeding.for_page(DL, PROFILE)
     expected = documents.page_pixels(feeding.sheet, feeding.pixels(device_pixels(block(drawing, 72))))
     if shutil.which("gs") is None:
         pytest.skip("Ghostscript is not installed")

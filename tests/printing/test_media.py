@@ -126,7 +126,7 @@ def test_what_a_printer_does_not_reach_of_a_page_as_it_is_read(changes, wanted):
     page = page_sizes.page("DL")
     top, right, bottom, left = media.page_margins(page, profile)
     assert (top, right, bottom, left) == wanted
-    feeding = media.Feeding.of(page, profile)
+    feeding = media.Feeding.for_page(page, profile)
     inside = (left, top, page.width - right, page.height - bottom)
     assert media.margin_warning(feeding.bounds(inside), feeding.sheet, kept, "P") is None
     for at in range(4):

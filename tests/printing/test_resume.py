@@ -223,7 +223,7 @@ def test_ctrl_c_cancels_the_job_in_flight(what, tmp_path):
     with SimulatedPrinter() as printer:
 
         def wait(seconds):
-            if len(printer.jobs) == 2 and not printer.jobs[1].state.over:
+            if len(printer.jobs) == 2 and not printer.jobs[1].state.is_over:
                 wait_calls.append(seconds)
                 if len(wait_calls) == 1:
                     raise KeyboardInterrupt

@@ -11,9 +11,11 @@ from handout.prompting.sheet_layout import SheetLayout, paper_of_name
 def prompt():
     layout = SheetLayout(paper_of_name("A4"))
     allowed = frozenset(corpus.PRINTABLE + "é ")
-    target = sentence_choice.frequencies(corpus.usable(corpus.shipped(), allowed))
+    target = sentence_choice.frequencies(corpus.usable(corpus.shipped_sentences(), allowed))
     characters = corpus.PRINTABLE + "éČ"
-    return prompt_pages.prompt(corpus.shipped(), target, characters, pages=2, lines=layout.lines, width=layout.width())
+    return prompt_pages.prompt(
+        corpus.shipped_sentences(), target, characters, pages=2, lines=layout.lines, width=layout.width()
+    )
 
 
 @pytest.fixture(scope="session")

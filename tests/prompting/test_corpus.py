@@ -14,14 +14,14 @@ from handout.prompting.sentence_choice import pangrams
 
 
 def test_shipped_sentences_are_many_and_of_a_good_length():
-    every = corpus.shipped()
+    every = corpus.shipped_sentences()
     assert len(every) >= 800
     assert all(5 <= len(sentence.split()) <= 25 for sentence in every)
-    assert all(sentence == " ".join(sentence.split()) == corpus.typed(sentence) for sentence in every)
+    assert all(sentence == " ".join(sentence.split()) == corpus.as_typed(sentence) for sentence in every)
 
 
 def test_shipped_sentences_are_no_variations_of_each_other():
-    words = [frozenset(re.findall(r"\w+", sentence.lower())) for sentence in corpus.shipped()]
+    words = [frozenset(re.findall(r"\w+", sentence.lower())) for sentence in corpus.shipped_sentences()]
     column = {word: i for i, word in enumerate(sorted(frozenset.union(*words)))}
     held = np.zeros((len(words), len(column)), dtype=np.float32)
     for row, own in zip(held, words, strict=True):
@@ -30,14 +30,14 @@ def test_shipped_sentences_are_no_variations_of_each_other():
     size = held.sum(axis=1)
     alike = shared / (size[:, None] + size - shared) - np.eye(len(words))
     assert alike.max() < 0.45
-    starts = Counter(" ".join(sentence.split()[:3]) for sentence in corpus.shipped())
+    starts = Counter(" ".join(sentence.split()[:3]) for sentence in corpus.shipped_sentences())
     assert starts.most_common(1)[0][1] <= 4
 
 
 def test_shipped_sentences_have_all_of_ascii_and_rare_pairs():
-    text = " ".join(corpus.shipped())
+    text = " ".join(corpus.shipped_sentences())
     assert set(corpus.PRINTABLE) <= set(text)
-    assert len(pangrams(corpus.shipped())) >= 12
+    assert len(pangrams(corpus.shipped_sentences())) >= 12
     pairs = set(re.findall("(?=([a-z]{2}))", text.lower()))
     assert 440 < len(pairs) < 550
     assert {"zz", "xh", "kn", "gn", "pt", "wk", "yx", "uu", "aa", "vv", "hm", "oj", "lj", "bj", "dj"} <= pairs
@@ -80,7 +80,9 @@ def test_sentences_of_a_text():
 
 
 def test_a_list_of_sentences_stays_a_list():
-    assert corpus.sentences("\n".join(corpus.shipped()[:40]) + "\n")[:3] == list(corpus.shipped()[:3])
+    assert corpus.sentences("\n".join(corpus.shipped_sentences()[:40]) + "\n")[:3] == list(
+        corpus.shipped_sentences()[:3]
+    )
     assert corpus.sentences("what a line\nof a poem without stops\nis") == ["what a line of a poem without stops is"]
 
 
@@ -101,11 +103,11 @@ def test_very_long_sentences_are_left_out():
 def test_files_that_are_no_text(tmp_path, content):
     (tmp_path / "a.txt").write_bytes(content)
     with pytest.raises(InputError, match=r"a\.txt"):
-        corpus.read(tmp_path / "a.txt")
+        corpus.read_text(tmp_path / "a.txt")
     with pytest.raises(InputError, match="Cannot read"):
-        corpus.read(tmp_path / "none.txt")
+        corpus.read_text(tmp_path / "none.txt")
 
 
 def test_reading_types_as_a_keyboard_does(tmp_path):
     (tmp_path / "a.txt").write_text("“It’s” – so…", encoding="utf-8")
-    assert corpus.read(tmp_path / "a.txt") == '"It\'s" - so...'
+    assert corpus.read_text(tmp_path / "a.txt") == '"It\'s" - so...'

@@ -53,7 +53,7 @@ def test_a_prompt_is_reported_against_its_target():
 
 
 def test_two_hundred_pairs_are_reported():
-    found = coverage.coverage([], corpus.shipped())
+    found = coverage.coverage([], corpus.shipped_sentences())
     assert len(found.pairs) == 200
     assert found.pairs[0].unit == "he" and found.pairs[0].share > found.pairs[-1].share > 0
     assert all(row.total == 0 for row in found.letters)

@@ -12,7 +12,7 @@ def test_letters_count_as_much_as_they_lack():
 
 def test_sentences_hold_the_letters_that_lack(small_hand):
     sure = {letter: 0 if letter in "jp" else LEAST for letter in "abcdefghijklmnopqrstuvwxyz"}
-    sentences = corpus.usable(corpus.shipped(), frozenset(corpus.PRINTABLE + " "))
+    sentences = corpus.usable(corpus.shipped_sentences(), frozenset(corpus.PRINTABLE + " "))
     wanted, characters = frequencies_again(small_hand, sure, sentences, "abcdefghijklmnopqrstuvwxyz")
     assert characters == "jp" and set(wanted.letters) == {"j", "p"}
     assert all(set(pair) & set("jp") for pair in wanted.pairs)

@@ -15,7 +15,7 @@ from handout.prompting.sentence_choice import Closing, SentenceChooser, pangrams
 words = st.text("abcde.", min_size=1, max_size=6)
 sentence = st.lists(words, min_size=1, max_size=12).map(" ".join)
 ASCII = frozenset(corpus.PRINTABLE + " ")
-TARGET = sentence_choice.frequencies(corpus.usable(corpus.shipped(), ASCII))
+TARGET = sentence_choice.frequencies(corpus.usable(corpus.shipped_sentences(), ASCII))
 
 
 def units(text):
@@ -88,7 +88,7 @@ def text_of(prompt):
 
 
 def test_a_prompt_has_every_character_and_a_pangram_first():
-    prompt = prompt_pages.prompt(corpus.shipped(), TARGET)
+    prompt = prompt_pages.prompt(corpus.shipped_sentences(), TARGET)
     assert [len(page) for page in prompt.pages] == [23] * 4
     assert max(len(line) for page in prompt.pages for line in page) <= 51
     assert set(corpus.PRINTABLE) <= set(text_of(prompt)) <= ASCII
@@ -96,14 +96,14 @@ def test_a_prompt_has_every_character_and_a_pangram_first():
     assert " ".join(prompt.sentences) == " ".join(line for page in prompt.pages for line in page)
     assert len(set(prompt.sentences)) == len(prompt.sentences)
     assert 700 <= prompt.words <= 850
-    assert prompt == prompt_pages.prompt(corpus.shipped(), TARGET)
+    assert prompt == prompt_pages.prompt(corpus.shipped_sentences(), TARGET)
 
 
 def test_a_prompt_covers_better_than_sentences_by_chance_or_by_the_printed_cost():
-    chosen = prompt_pages.prompt(corpus.shipped(), TARGET, "", pages=2)
-    printed = prompt_pages.prompt(corpus.shipped(), TARGET, "", pages=2, score="haines-2016")
+    chosen = prompt_pages.prompt(corpus.shipped_sentences(), TARGET, "", pages=2)
+    printed = prompt_pages.prompt(corpus.shipped_sentences(), TARGET, "", pages=2, score="haines-2016")
     rng = np.random.default_rng(1)
-    shuffled = " ".join(np.array(corpus.usable(corpus.shipped(), ASCII))[rng.permutation(800)])
+    shuffled = " ".join(np.array(corpus.usable(corpus.shipped_sentences(), ASCII))[rng.permutation(800)])
     chance = shuffled[: len(" ".join(chosen.sentences))]
 
     def kinds(text):
@@ -115,7 +115,7 @@ def test_a_prompt_covers_better_than_sentences_by_chance_or_by_the_printed_cost(
 
 
 def test_accented_and_other_characters_come_when_asked_for():
-    prompt = prompt_pages.prompt(corpus.shipped(), TARGET, corpus.PRINTABLE + "öß€ßŵ", pages=1, lines=30)
+    prompt = prompt_pages.prompt(corpus.shipped_sentences(), TARGET, corpus.PRINTABLE + "öß€ßŵ", pages=1, lines=30)
     assert set("öß€ŵ") <= set(text_of(prompt))
     assert not set(text_of(prompt)) - ASCII - set("öß€ŵ")
     assert prompt.pages[-1][-1].endswith("ŵŵ")
@@ -134,13 +134,13 @@ def test_a_corpus_of_ones_own():
 @pytest.mark.slow
 def test_what_does_not_fit_is_refused():
     with pytest.raises(DoesNotFit, match="characters asked for do not fit on a page of 2 lines of 51"):
-        prompt_pages.prompt(corpus.shipped(), TARGET, pages=1, lines=2)
-    crowded = prompt_pages.prompt(corpus.shipped(), TARGET, pages=1, lines=5)
+        prompt_pages.prompt(corpus.shipped_sentences(), TARGET, pages=1, lines=2)
+    crowded = prompt_pages.prompt(corpus.shipped_sentences(), TARGET, pages=1, lines=5)
     assert set(corpus.PRINTABLE) <= set(text_of(crowded)) and len(crowded.pages[0]) == 5
     with pytest.raises(InputError, match="No sentence"):
         prompt_pages.prompt(["Привет всем", "one"], TARGET)
     with pytest.raises(InputError, match="leave no room"):
-        prompt_pages.prompt(corpus.shipped(), TARGET, lines=0)
+        prompt_pages.prompt(corpus.shipped_sentences(), TARGET, lines=0)
 
 
 @given(st.sets(st.sampled_from("abcdefgh"), max_size=8), st.lists(st.text("abcdef ", max_size=9), max_size=6))
@@ -157,13 +157,13 @@ def test_a_page_filled_step_by_step_is_wrapped_as_a_whole(texts):
         page.add(" ".join(text.split()))
     assert page.lines == prompt_pages.wrap(" ".join(" ".join(text.split()) for text in texts), 12)
     used = sum(map(len, page.lines[-1:]))
-    assert page.left == (100 - max(len(page.lines), 1) + 1) * 12 - (used + 1 if page.lines else 0)
+    assert page.characters_left == (100 - max(len(page.lines), 1) + 1) * 12 - (used + 1 if page.lines else 0)
 
 
 @pytest.mark.slow
 def test_five_thousand_sentences_take_little_time():
     rng = np.random.default_rng(2)
-    vocabulary = np.array(" ".join(corpus.usable(corpus.shipped(), ASCII)).split())
+    vocabulary = np.array(" ".join(corpus.usable(corpus.shipped_sentences(), ASCII)).split())
     many = [" ".join(rng.choice(vocabulary, 14).tolist()) + "." for _ in range(5000)]
     start = time.process_time()
     prompt = prompt_pages.prompt(many, TARGET)

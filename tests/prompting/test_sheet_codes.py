@@ -43,7 +43,7 @@ def test_base45_is_that_of_the_standard():
 
 @given(st.binary(min_size=1, max_size=400), st.integers(0, 5), st.randoms())
 def test_any_five_of_six_parts_suffice(data, lost, random):
-    parts = sheet_codes.split(data)
+    parts = sheet_codes.split_data(data)
     del parts[lost]
     random.shuffle(parts)
     assert sheet_codes.join(parts) == data
@@ -53,11 +53,11 @@ def test_any_five_of_six_parts_suffice(data, lost, random):
 @given(st.binary(min_size=1, max_size=60), st.binary(min_size=1, max_size=60), st.binary(max_size=30))
 def test_parts_of_other_pages_and_noise_do_no_harm(data, other, noise):
     if data != other:
-        assert sheet_codes.join([noise, *sheet_codes.split(other)[:3], *sheet_codes.split(data)]) == data
+        assert sheet_codes.join([noise, *sheet_codes.split_data(other)[:3], *sheet_codes.split_data(data)]) == data
 
 
 def test_a_wrong_part_is_noticed():
-    parts = sheet_codes.split(sheet_codes.pack(RECORD))
+    parts = sheet_codes.split_data(sheet_codes.pack(RECORD))
     parts[1] = parts[1][:-1] + bytes([parts[1][-1] ^ 1])
     assert sheet_codes.join(parts) is None
     assert sheet_codes.join([]) is None
@@ -82,7 +82,7 @@ def test_symbols_are_read_by_a_reader_of_qr_codes():
         image = np.kron(np.pad(np.where(symbol, 0, 255), 4, constant_values=255), np.ones((6, 6))).astype(np.uint8)
         text, _, _ = cv2.QRCodeDetector().detectAndDecode(image)
         parts.append(sheet_codes.from_base45(text))
-    assert parts == sheet_codes.split(sheet_codes.pack(RECORD))
+    assert parts == sheet_codes.split_data(sheet_codes.pack(RECORD))
 
 
 @pytest.mark.slow

@@ -136,7 +136,7 @@ def test_a_narrow_ruling_full_of_english_fits_its_codes():
     from handout.prompting import corpus, sentence_choice
 
     layout = SheetLayout(A4, 6.0)
-    target = sentence_choice.frequencies(corpus.shipped())
-    prompt = prompt_pages.prompt(corpus.shipped(), target, pages=1, lines=layout.lines, width=layout.width())
+    target = sentence_choice.frequencies(corpus.shipped_sentences())
+    prompt = prompt_pages.prompt(corpus.shipped_sentences(), target, pages=1, lines=layout.lines, width=layout.width())
     assert prompt.words > 450
     assert len(sheet_pdf.to_pdf(prompt, layout)) > 10_000

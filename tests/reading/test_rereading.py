@@ -106,11 +106,11 @@ def doubting(monkeypatch):
 @pytest.mark.slow
 def test_doubts_are_told_once_and_refused_where_that_is_asked(doubting):
     task = prepare(WritingOptions(hand="house-print-fountain", seed=1))
-    _, sheets = TextDocument("ten", task).set()
+    _, sheets = TextDocument("ten", task).set_pages()
     pages = [sheet.manuscript for sheet in sheets]
-    (told,) = Tally.of(pages, []).facts(1, "x", [])["doubtful"]
+    (told,) = Tally.from_pages(pages, []).facts(1, "x", [])["doubtful"]
     left, top, right, bottom = told.pop("box")
     assert told == {"word": "ten", "page": 1, "line": 1, "reads_as": "tea", "probability": 0.01}
     assert 0 < left < right < pages[0].page.width / 2 and 0 < top < bottom < pages[0].page.height / 2
     with pytest.raises(InputError, match="--strict: 1 word may be misread"):
-        list(TextDocument("ten", replace(task, strict=True)).set()[1])
+        list(TextDocument("ten", replace(task, strict=True)).set_pages()[1])

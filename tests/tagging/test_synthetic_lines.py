@@ -85,7 +85,7 @@ def test_columns_get_the_thirds_of_their_letter():
 
 
 def test_all_letters_occur_in_the_texts():
-    source = texts(corpus.shipped(), np.random.default_rng(0))
+    source = texts(corpus.shipped_sentences(), np.random.default_rng(0))
     seen = set("".join(next(source) for _ in range(600)))
     assert set(LETTERS) - {JUNK, SPACE} <= seen
 

@@ -169,7 +169,7 @@ def test_what_is_refused_because_too_much_waits_leaves_no_folder(visitor, monkey
     def full(self, task):
         raise LaneFull
 
-    monkeypatch.setattr(Lane, "put", full)
+    monkeypatch.setattr(Lane, "add_task", full)
     before = set(Path(visitor.studio._folder.name).iterdir())
     assert visitor.post("/api/write", headers=visitor.key, json={"text": "a"}).status_code == 429
     assert set(Path(visitor.studio._folder.name).iterdir()) == before

@@ -140,7 +140,7 @@ def test_the_ink_of_a_word_is_found_on_its_line(small_hand):
     from handout.pipeline.texts import TextDocument, prepare, word_box
 
     task = prepare(WritingOptions(small_hand, 1), SheetOptions("90x50mm", "5mm"))
-    _, sheets = TextDocument("ten hens", task).set()
+    _, sheets = TextDocument("ten hens", task).set_pages()
     (line,) = next(iter(sheets)).manuscript.lines
     ten, hens = word_box(line, "ten"), word_box(line, "hens")
     assert 4 < ten[0] < ten[2] < hens[0] < hens[2] < 86 and ten[1] < line.baseline <= ten[3] + 1

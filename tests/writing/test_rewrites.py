@@ -13,7 +13,7 @@ TEXT = "ten hens\nin an even line"
 def words(hand, rewritten=()):
     """Of each word the form of its glyphs, wherever they stand, and of scanned ones their numbers."""
     task = prepare(WritingOptions(hand, 4, rewritten=rewritten), SheetOptions("120x60mm", "5mm"))
-    (sheet,) = TextDocument(TEXT, task).set()[1]
+    (sheet,) = TextDocument(TEXT, task).set_pages()[1]
     found = {}
     for line in sheet.manuscript.lines:
         for placed in line.placed:
@@ -61,7 +61,7 @@ def test_what_is_added_or_changed_leaves_all_else_as_it_was(request, scanned):
     hand = request.getfixturevalue("small_hand") if scanned else "house-joined"
 
     def lines(text):
-        (sheet,) = TextDocument(text, prepare(WritingOptions(hand, 4), SheetOptions("120x90mm", "5mm"))).set()[1]
+        (sheet,) = TextDocument(text, prepare(WritingOptions(hand, 4), SheetOptions("120x90mm", "5mm"))).set_pages()[1]
         return [list(line.placed) for line in sheet.manuscript.lines]
 
     def places(line):
@@ -116,7 +116,9 @@ def test_what_is_typed_on_is_the_text_written_at_once(small_hand):
     """Paragraphs that stay are not set and read anew."""
 
     def page(text):
-        (sheet,) = TextDocument(text, prepare(WritingOptions(small_hand, 4), SheetOptions("120x60mm", "5mm"))).set()[1]
+        (sheet,) = TextDocument(
+            text, prepare(WritingOptions(small_hand, 4), SheetOptions("120x60mm", "5mm"))
+        ).set_pages()[1]
         return np.concatenate([placed.ink.graph.xy for line in sheet.manuscript.lines for placed in line.placed])
 
     scanned_words._learnt.cache_clear()

@@ -103,7 +103,7 @@ class JobReference(NamedTuple):
     created: int = 0
 
     @classmethod
-    def read(cls, job: str, name: str) -> JobReference:
+    def from_text(cls, job: str, name: str) -> JobReference:
         """A job as a journal has it: ``"17@3600"``, or ``"17"`` where the printer does not tell when."""
         number, _, created = job.partition("@")
         return cls(int(number), name, int(created or 0))
@@ -137,7 +137,7 @@ class JobStatus:
     @property
     def lacking(self) -> bool:
         """Whether it still waits for its page, or for the rest of it."""
-        return not self.state.over and bool({"job-incoming", "job-data-insufficient"} & set(self.reasons))
+        return not self.state.is_over and bool({"job-incoming", "job-data-insufficient"} & set(self.reasons))
 
 
 @dataclass(frozen=True)
@@ -192,7 +192,7 @@ class Client:
         """
         if Operation.VALIDATE_JOB not in capabilities.operations:
             return
-        self._ask(Operation.VALIDATE_JOB, _about(ticket), job_attributes(ticket, capabilities))
+        self._ask(Operation.VALIDATE_JOB, _describe_document(ticket), job_attributes(ticket, capabilities))
 
     def print(self, ticket: Ticket, capabilities: Capabilities, document: bytes) -> int:
         """Print a document (Print-Job); the number of the job.
@@ -205,11 +205,11 @@ class Client:
             The connection broke, or what answers HTTP has failed: what became of the page is not known.
         """
         job = job_attributes(ticket, capabilities)
-        return self._job_number(self._ask(Operation.PRINT_JOB, _about(ticket), job, document))
+        return self._job_number(self._ask(Operation.PRINT_JOB, _describe_document(ticket), job, document))
 
     def create(self, ticket: Ticket, capabilities: Capabilities) -> int:
         """Begin a job (Create-Job), which prints nothing before it has its document; its number."""
-        about = tuple(entry for entry in _about(ticket) if entry.name != "document-format")
+        about = tuple(entry for entry in _describe_document(ticket) if entry.name != "document-format")
         return self._job_number(self._ask(Operation.CREATE_JOB, about, job_attributes(ticket, capabilities)))
 
     def send(self, number: int, ticket: Ticket, document: bytes) -> None:
@@ -226,7 +226,7 @@ class Client:
         return Backoff(self._wait, self._say)
 
     def _job_number(self, answer: Message) -> int:
-        number = answer.all("job-id", MessageTag.JOB)
+        number = answer.find_all("job-id", MessageTag.JOB)
         if not number or not isinstance(number[0].value, int):
             raise TransportError(f"{self.uri} took a page without giving its job a number.", handed_over=True)
         return number[0].value
@@ -285,7 +285,7 @@ class Client:
         waited = 0.0
         while waited < _STOPPING:
             status = self.job(job)
-            if status is None or status.state.over:
+            if status is None or status.state.is_over:
                 return status
             self._wait(_POLL)
             waited += _POLL
@@ -315,7 +315,7 @@ class Client:
             ):
                 break
         if answer.code >= 0x0100:
-            raise PrinterRefused(f"{self.uri} refused: {_why(answer)}.", answer.code)
+            raise PrinterRefused(f"{self.uri} refused: {_explain_refusal(answer)}.", answer.code)
         return answer
 
     def _request(
@@ -342,7 +342,7 @@ class Client:
         return answer
 
 
-def _about(ticket: Ticket) -> tuple[Attribute, ...]:
+def _describe_document(ticket: Ticket) -> tuple[Attribute, ...]:
     """The attributes of a document and of its job."""
     return (
         attribute("job-name", MessageTag.NAME, ticket.title),
@@ -361,11 +361,13 @@ def _jobs(answer: Message) -> list[JobStatus]:
     for group in answer.groups:
         if group.tag == MessageTag.JOB:
             job = Message(0, (group,))
-            code = _int(job.all("job-state"))
+            code = _int(job.find_all("job-state"))
             state = JobState(code) if code in set(JobState) else JobState.PENDING
-            reasons = tuple(str(value.value) for value in job.all("job-state-reasons"))
-            created = max(_int(job.all("time-at-creation")), 0)  # RFC 8011 §5.3.14: none of before it was switched on
-            jobs.append(JobStatus(_int(job.all("job-id")), text(job.all("job-name")), state, reasons, created))
+            reasons = tuple(str(value.value) for value in job.find_all("job-state-reasons"))
+            # RFC 8011 §5.3.14: none of before it was switched on
+            created = max(_int(job.find_all("time-at-creation")), 0)
+            number, name = _int(job.find_all("job-id")), text(job.find_all("job-name"))
+            jobs.append(JobStatus(number, name, state, reasons, created))
     return jobs
 
 
@@ -384,7 +386,7 @@ def text(values: tuple[Value, ...]) -> str:
     return str(value)
 
 
-def _why(answer: Message) -> str:
+def _explain_refusal(answer: Message) -> str:
     """The status in words, what exactly was not supported, and the printer's own sentence."""
     reasons = [phrase(answer.code)]
     names = [
@@ -392,7 +394,7 @@ def _why(answer: Message) -> str:
     ]
     if names:
         reasons.append(f"it does not support what was asked for as {', '.join(names)}")
-    message = text(answer.all("status-message", MessageTag.OPERATION)).strip().rstrip(".")
+    message = text(answer.find_all("status-message", MessageTag.OPERATION)).strip().rstrip(".")
     if message and not message.startswith("successful"):
         reasons.append(f"in its words: {message}")
     return "; ".join(reasons)

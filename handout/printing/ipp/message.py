@@ -111,7 +111,7 @@ class Message:
     request: int = 1
     version: tuple[int, int] = (2, 0)
 
-    def all(self, name: str, group: int | None = None) -> tuple[Value, ...]:
+    def find_all(self, name: str, group: int | None = None) -> tuple[Value, ...]:
         """The values of an attribute, wherever it first stands (or in a group with that tag); none if it is absent."""
         for section in self.groups:
             if group in (None, section.tag):
@@ -139,17 +139,14 @@ def encode(message: Message) -> bytes:
     parts = [struct.pack(">BBHI", *message.version, message.code, message.request)]
     for group in message.groups:
         parts.append(bytes([group.tag]))
-        parts += [part for attribute in group.attributes for part in _attribute(attribute)]
+        for attribute in group.attributes:
+            if not attribute.values:
+                raise ValueError(f"{attribute.name} has no value")
+            for n, value in enumerate(attribute.values):
+                # RFC 8010 §3.1.5: a further value of the same attribute has an empty name
+                parts += _value(attribute.name.encode() if n == 0 else b"", value)
     parts.append(bytes([MessageTag.END]))
     return b"".join(parts)
-
-
-def _attribute(attribute: Attribute) -> Iterator[bytes]:
-    if not attribute.values:
-        raise ValueError(f"{attribute.name} has no value")
-    for n, value in enumerate(attribute.values):
-        # RFC 8010 §3.1.5: a further value of the same attribute has an empty name
-        yield from _value(attribute.name.encode() if n == 0 else b"", value)
 
 
 def _value(name: bytes, value: Value) -> Iterator[bytes]:
@@ -248,7 +245,7 @@ def _attributes(reader: _Reader) -> tuple[tuple[Attribute, ...], int]:
 def _read_value(reader: _Reader, tag: int, depth: int) -> Value:
     body = reader.field()
     if tag != MessageTag.COLLECTION:
-        return Value(tag, _held(tag, body))
+        return Value(tag, _decode_value(tag, body))
     if depth == 0:
         raise PrinterError(f"An IPP message has collections in more than {_DEEPEST} collections.")
     members: list[tuple[str, list[Value]]] = []
@@ -265,7 +262,7 @@ def _read_value(reader: _Reader, tag: int, depth: int) -> Value:
     return Value(tag, tuple(Attribute(name, tuple(values)) for name, values in members if values))
 
 
-def _held(tag: int, body: bytes) -> int | str | bytes | Resolution | Range:
+def _decode_value(tag: int, body: bytes) -> int | str | bytes | Resolution | Range:
     if 0x40 <= tag <= 0x5F:  # most are
         return _text(body)
     if tag in _NUMBERS and len(body) == 4:

@@ -10,7 +10,7 @@ from pathlib import Path
 from handout.errors import InputError, PrinterError
 from handout.printing.documents import MIME
 from handout.printing.ipp.client import Client, JobReference, JobStatus
-from handout.printing.ipp.status import JobState, blocks_output, jammed, reason_phrase
+from handout.printing.ipp.status import JobState, blocks_output, is_jammed, reason_phrase
 from handout.printing.ipp.submission import PAUSES, Submission
 from handout.printing.ipp.transport import TransportError
 from handout.printing.queue import Outcome, OutcomeUnknown, Queue, Say, Ticket
@@ -49,7 +49,7 @@ class IppQueue(Queue):
         if not able:
             raise PrinterError(f"{self.name} prints neither PDF nor PWG Raster nor URF, only {', '.join(formats)}.")
         self.format = format or able[0]
-        accepting = self._capabilities.message.all("printer-is-accepting-jobs")
+        accepting = self._capabilities.message.find_all("printer-is-accepting-jobs")
         if accepting and not accepting[0].value:
             why = reason_phrase(self._capabilities.reasons)
             raise PrinterError(f"{self.name} accepts no jobs at present{': ' if why else ''}{why}.")
@@ -70,7 +70,7 @@ class IppQueue(Queue):
     def send(self, page: Path, ticket: Ticket) -> str:
         """Print one page, once: where the way to the printer fails, it is asked before the page is sent again."""
         self._submission = Submission(self._client, self._capabilities, self._request(ticket), self._say, self._wait)
-        return str(self._submission.run(page.read_bytes()))
+        return str(self._submission.hand_over(page.read_bytes()))
 
     def follow(self, job: str, title: str) -> Outcome:
         """Wait until a job is over or held, saying what keeps the printer from it.
@@ -81,11 +81,11 @@ class IppQueue(Queue):
             The printer has not answered for a minute, or could not for ten.
         """
         complaint, silence, pause = "", 0.0, _POLL
-        wanted = JobReference.read(job, title)
+        wanted = JobReference.from_text(job, title)
         while True:
             try:
                 status = self._client.job(wanted)
-                if status is None or status.state.over:
+                if status is None or status.state.is_over:
                     return outcome_of(self._client, status)
                 # a job may also be held until the sheet that it asks for has been put in: that is waited for
                 unfed = status.lacking or "resources-are-not-ready" in status.reasons
@@ -114,11 +114,11 @@ class IppQueue(Queue):
         try:
             if not job:
                 self._wait(PAUSES[0])  # what had been sent of it may still be on its way
-            sought = JobReference.read(job, title) if job else None
+            sought = JobReference.from_text(job, title) if job else None
             status = self._client.job(sought, sure=True) if sought else self._client.find(title).job
             if status is None and not job and not (self._submission and self._submission.gone):
                 return Outcome("failed", "it did not arrive")
-            if status is not None and not status.state.over:
+            if status is not None and not status.state.is_over:
                 status = self._client.cancel_and_wait(status.reference)
             return outcome_of(self._client, status)
         except PrinterError as error:
@@ -148,7 +148,7 @@ def earlier_outcome(client: Client, job: str, title: str, earlier: Collection[st
     """
     number = ""
     if job:
-        status = client.job(JobReference.read(job, title), sure=True)
+        status = client.job(JobReference.from_text(job, title), sure=True)
     else:
         search = client.find(title)
         status = search.job
@@ -175,7 +175,7 @@ def outcome_of(client: Client, status: JobStatus | None) -> Outcome:
         return Outcome("waiting", (f"it is held at the printer{': ' if why else ''}" if held else "") + why)
     if "job-completed-with-errors" in status.reasons:
         return Outcome("unknown", "the printer says that it is done, but that there were errors")
-    if jammed(client.capabilities().reasons):
+    if is_jammed(client.capabilities().reasons):
         return Outcome("unknown", "the printer says that it is done, but also that the paper has jammed")
     return Outcome("completed")
 

@@ -22,7 +22,7 @@ class Capabilities:
     def texts(self, name: str) -> tuple[str, ...]:
         """The values of an attribute that are text; none if the printer does not have it."""
         return tuple(
-            value.value for value in self.message.all(name, MessageTag.PRINTER) if isinstance(value.value, str)
+            value.value for value in self.message.find_all(name, MessageTag.PRINTER) if isinstance(value.value, str)
         )
 
     @property
@@ -33,7 +33,7 @@ class Capabilities:
     @property
     def operations(self) -> frozenset[int]:
         """The operations that it knows."""
-        values = self.message.all("operations-supported", MessageTag.PRINTER)
+        values = self.message.find_all("operations-supported", MessageTag.PRINTER)
         return frozenset(value.value for value in values if isinstance(value.value, int))
 
     @property
@@ -43,7 +43,7 @@ class Capabilities:
 
     def raster_dpi(self, wanted: int) -> int:
         """The resolution for PWG raster that is nearest to `wanted`: the least of those above it, else the greatest."""
-        values = self.message.all("pwg-raster-document-resolution-supported", MessageTag.PRINTER)
+        values = self.message.find_all("pwg-raster-document-resolution-supported", MessageTag.PRINTER)
         square = sorted(
             value.value.across
             for value in values
@@ -71,7 +71,7 @@ def job_attributes(ticket: Ticket, capabilities: Capabilities) -> tuple[Attribut
     attributes = [_sheet(ticket, capabilities)]
     if "none" in capabilities.texts("print-scaling-supported"):
         attributes.append(attribute("print-scaling", MessageTag.KEYWORD, "none"))
-    if capabilities.message.all("copies-supported", MessageTag.PRINTER):
+    if capabilities.message.find_all("copies-supported", MessageTag.PRINTER):
         attributes.append(attribute("copies", MessageTag.INTEGER, ticket.copies))
     if "one-sided" in capabilities.texts("sides-supported"):
         attributes.append(attribute("sides", MessageTag.KEYWORD, "one-sided"))
@@ -95,7 +95,7 @@ def _media_col(ticket: Ticket, capabilities: Capabilities) -> tuple[Attribute, .
     trays = capabilities.texts("media-source-supported")
     if ticket.source:
         if ticket.source not in trays:
-            raise ProfileError(f"The printer has no tray {ticket.source!r}; {_listed('trays', trays)}.")
+            raise ProfileError(f"The printer has no tray {ticket.source!r}; {_name_listed('trays', trays)}.")
         members.append(attribute("media-source", MessageTag.KEYWORD, ticket.source))
     if ticket.type and ticket.type in capabilities.texts("media-type-supported"):
         members.append(attribute("media-type", MessageTag.KEYWORD, ticket.type))
@@ -104,7 +104,7 @@ def _media_col(ticket: Ticket, capabilities: Capabilities) -> tuple[Attribute, .
 
 def _option(name: str, value: str, capabilities: Capabilities) -> Attribute:
     """An option with the type that the printer's list of its values has."""
-    listed = capabilities.message.all(f"{name}-supported", MessageTag.PRINTER)
+    listed = capabilities.message.find_all(f"{name}-supported", MessageTag.PRINTER)
     if not listed:
         raise ProfileError(f"The printer has no option {name!r}: leave it out of the profile's options.")
     ranged = any(isinstance(allowed.value, Range) for allowed in listed)
@@ -113,9 +113,8 @@ def _option(name: str, value: str, capabilities: Capabilities) -> Attribute:
         raise ProfileError(f"The option {name!r} is no number and no word: leave it out of the profile's options.")
     if tag in (MessageTag.KEYWORD, MessageTag.NAME):
         if value not in capabilities.texts(f"{name}-supported"):
-            raise ProfileError(
-                f"{name} = {value!r} is not among {_listed('the values', tuple(str(each.value) for each in listed))}."
-            )
+            known = _name_listed("the values", tuple(str(each.value) for each in listed))
+            raise ProfileError(f"{name} = {value!r} is not among {known}.")
         return attribute(name, tag, value)
     if tag == MessageTag.BOOLEAN:
         return attribute(name, tag, value.lower() in ("true", "yes", "1"))
@@ -125,5 +124,5 @@ def _option(name: str, value: str, capabilities: Capabilities) -> Attribute:
         raise ProfileError(f"{name} = {value!r} must be a whole number.") from None
 
 
-def _listed(what: str, names: tuple[str, ...]) -> str:
+def _name_listed(what: str, names: tuple[str, ...]) -> str:
     return f"{what} that it lists: {', '.join(names)}" if names else f"it lists no {what}"

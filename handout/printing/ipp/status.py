@@ -49,7 +49,7 @@ class JobState(IntEnum):
     COMPLETED = 9
 
     @property
-    def over(self) -> bool:
+    def is_over(self) -> bool:
         """Whether it will not change again."""
         return self >= JobState.CANCELED
 
@@ -167,6 +167,6 @@ def blocks_output(keywords: Sequence[str]) -> bool:
     )
 
 
-def jammed(keywords: Sequence[str]) -> bool:
+def is_jammed(keywords: Sequence[str]) -> bool:
     """Whether paper is stuck: an empty tray, by contrast, is what the last sheet leaves behind."""
     return any(_without_severity(keyword).endswith("media-jam") for keyword in keywords)

@@ -41,7 +41,7 @@ class Submission:
         self._job: JobReference | None = None  # that has been begun
         self.gone = False
 
-    def run(self, document: bytes) -> JobReference:
+    def hand_over(self, document: bytes) -> JobReference:
         """Hand the page over; the job that has it.
 
         Raises

@@ -127,7 +127,7 @@ class Transport:
             if response.status >= 500 or response.status in (_LATE, *_RETRYABLE):
                 retryable = response.status in _RETRYABLE
                 raise TransportError(
-                    f"{self.address.uri} {phrase}.", handed_over, retryable=retryable, after=_after(response)
+                    f"{self.address.uri} {phrase}.", handed_over, retryable=retryable, after=_read_pause(response)
                 )
             raise PrinterError(f"{self.address.uri} {phrase}.")
         data = response.read(_MOST + 1)
@@ -155,7 +155,7 @@ def _hand_over(connection: http.client.HTTPConnection, request: bytes, document:
     return True
 
 
-def _after(response: http.client.HTTPResponse) -> float | None:
+def _read_pause(response: http.client.HTTPResponse) -> float | None:
     """How long the printer wants to be left alone, s: Retry-After is a number, or a time on the printer's own clock.
 
     Source: RFC 9110 §10.2.3.

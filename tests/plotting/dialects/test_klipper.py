@@ -264,7 +264,7 @@ def test_a_line_of_the_user_s_own_may_have_remarks():
     controller = klipper.connect(open_port("sim:", replace(SERVO, homing=False)), SERVO, print)
     controller.home()
     controller.send(b"G1 X5.5 F600 ; to the X of Y\n")
-    assert controller._find_place == (5.5, 0.0)
+    assert controller._at == (5.5, 0.0)
     controller.finish()
     assert controller.position() == (5.5, 0.0)
 
