@@ -205,14 +205,11 @@ class DrawnLetters:
             numbers = self._hand.numbers_of_letter(letter)[:7]
             if len(numbers) < 2:
                 continue
-            widths = [_upright_width(self._hand.outline(int(i))[:, :2], self.slant) for i in numbers]
+            outlines = [self._hand.outline(int(i)) for i in numbers]
+            widths = [float(np.ptp(xy[:, 0] - self.slant * xy[:, 1])) for xy in outlines]
             drawn_width = np.ptp(np.concatenate(_trace_letter(letter, self.house, rng))[:, 0]) * self.x_height
             ratios.append(float(np.median(widths)) / max(float(drawn_width), 1e-6))
         return float(np.clip(np.median(ratios), *_WIDER)) if ratios else 1.0
-
-
-def _upright_width(xy: Array, slant: float) -> float:
-    return float(np.ptp(xy[:, 0] - slant * xy[:, 1]))
 
 
 def _lead_on(ways: list[InkedWay], link: NeighbourLigature, *, leaving: bool) -> None:

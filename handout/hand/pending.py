@@ -18,7 +18,7 @@ import msgspec
 
 from handout.errors import InputError
 from handout.hand import library
-from handout.hand.corrections import AnyCorrection, CorrectionJournal, JournalEntry
+from handout.hand.corrections import AnyCorrection, CorrectionJournal
 
 _SUFFIX = ".log"
 
@@ -97,7 +97,10 @@ class PendingLog:
                 source, target = (done, undone) if step.back > 0 else (undone, done)
                 if source:
                     target.append(source.pop())
-        return done if not _holds(journal, head.made, done) else []
+        # the journal may have them already, after the entries that it had when they were made
+        there = journal.entries[: journal.made][head.made : head.made + len(done)]
+        held = len(there) == len(done) and all(a.corrections == b for a, b in zip(there, done, strict=True))
+        return done if not held else []
 
     def forget(self) -> None:
         """Delete it: the .hand file has all that it held."""
@@ -113,9 +116,3 @@ def untaken(hand: str) -> tuple[str, ...]:
         f"{log.path.name} holds corrections that {path.name} lacks, as after a break: open it with `handout hand tag "
         f"{hand}` to have them taken in.",
     )
-
-
-def _holds(journal: CorrectionJournal, made: int, done: Sequence[tuple[AnyCorrection, ...]]) -> bool:
-    """Whether a journal has some steps already, after its first `made` entries."""
-    entries: Sequence[JournalEntry] = journal.entries[: journal.made][made : made + len(done)]
-    return len(entries) == len(done) and all(a.corrections == b for a, b in zip(entries, done, strict=True))

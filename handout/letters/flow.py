@@ -285,9 +285,13 @@ class _Flow:
     def _paragraph(self, paragraph: Paragraph, left: float, right: float) -> None:
         lines = self._lines.get(self._number[id(paragraph)], [])
         begin_indented = self._letter.head.paragraphs == "indented" and self._after_text and not self._tight
-        self._space_before(paragraph, begin_indented)
+        if not paragraph.level and paragraph.kind == "postscript":
+            self._space(_ABOVE["postscript"])
+        elif not (paragraph.level or self._tight or begin_indented or self._after_heading):
+            self._space(_PARAGRAPH)
         if paragraph.level:
-            self._keep((1 + max(_sizes(lines), default=1.0)) * self._usual)
+            self._space(_ABOVE["heading"])
+            self._keep((1 + max((word.scale for line in lines for word in line), default=1.0)) * self._usual)
         first = _INDENT * self._xh if begin_indented and not paragraph.side else 0.0
         for line in lines:
             rest = list(line)
@@ -296,14 +300,6 @@ class _Flow:
                 first = 0.0
         if paragraph.level or paragraph.kind == "date":
             self._space(_BELOW["date" if paragraph.kind == "date" else "heading"])
-
-    def _space_before(self, paragraph: Paragraph, begin_indented: bool) -> None:
-        if paragraph.level:
-            self._space(_ABOVE["heading"])
-        elif paragraph.kind == "postscript":
-            self._space(_ABOVE["postscript"])
-        elif not (self._tight or begin_indented or self._after_heading):
-            self._space(_PARAGRAPH)
 
     def _row(self, words: Sequence[LetterWord], left: float, right: float, side: Side | None) -> int:
         """Place as many of some words as one row holds."""
@@ -473,7 +469,9 @@ class _Flow:
         self._clear()
         cells = [[self._lines.get(self._number[id(cell)], []) for cell in row] for row in block.rows]
         gap, size = _COLUMN_GAP * block.manner.size * self._xh, block.manner.size
-        starts, widths = self._columns(block, cells, self._narrowest() - left - right, gap)
+        # room between the margins of a page that comes, too
+        narrowest = self._frame.width if self._boxed else min(self._frame.width, self._setting.following.width)
+        starts, widths = self._columns(block, cells, narrowest - left - right, gap)
         end, voice = starts[-1] + widths[-1], voice_of(block.manner)
         page, x, top = self._page, 0.0, math.inf  # of the part of the table that is on a page
         rows = [[self._break_cell(lines, width) for lines, width in zip(row, widths, strict=True)] for row in cells]
@@ -496,10 +494,6 @@ class _Flow:
                 self._gap = 0.3 * self._usual * size
         self._rule_columns(page, x, (starts, gap), top, voice)
         self._space(_BELOW["table"])
-
-    def _narrowest(self) -> float:
-        """Room between the margins of a page that comes, mm."""
-        return self._frame.width if self._boxed else min(self._frame.width, self._setting.following.width)
 
     def _table_row(
         self,
@@ -607,10 +601,6 @@ def _share_room(natural: Sequence[float], least: Sequence[float], room: float) -
             low, high = (low, middle) if wide else (middle, high)
         high = low
     return [max(min(a, high), b) + 1e-6 for a, b in zip(natural, least, strict=True)]
-
-
-def _sizes(lines: Sequence[Sequence[LetterWord]]) -> list[float]:
-    return [word.scale for line in lines for word in line]
 
 
 def _clusters(words: Sequence[LetterWord]) -> Iterator[list[LetterWord]]:

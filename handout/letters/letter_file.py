@@ -10,7 +10,6 @@ import difflib
 import re
 import tomllib
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from itertools import accumulate, zip_longest
@@ -149,11 +148,6 @@ def _markdown() -> MarkdownIt:
     return markdown
 
 
-def _quote_values(text: str) -> str:
-    """The values of attributes in quotes, which those with a # or a point in them need."""
-    return _BRACES.sub(lambda braces: _BARE_VALUE.sub(r'\1="\2"', braces.group()), text)
-
-
 @dataclass
 class _Given:
     """The attributes of a block or span, checked."""
@@ -190,7 +184,9 @@ class _Reader:
         if text.count("[") > _MOST_BRACKETS:
             raise InputError(f"{self.name} has more than {_MOST_BRACKETS} brackets [: no letter has.")
         # the parser of containers looks one character past a last line that ends in "> " and no newline
-        tokens = _markdown().parse(_quote_values(text) + "\n", environment)
+        # the values of attributes in quotes, which those with a # or a point in them need
+        quoted = _BRACES.sub(lambda braces: _BARE_VALUE.sub(r'\1="\2"', braces.group()), text)
+        tokens = _markdown().parse(quoted + "\n", environment)
         self._check_nesting(tokens)
         nodes = SyntaxTreeNode(tokens).children
         for label, reference in environment.get("references", {}).items():
@@ -356,9 +352,10 @@ class _Reader:
         self._check_container(node, kind)
         places = (*_SIDES, "page") if kind == "signature" else ("page",)
         given = self._read_attributes(_attrs(node), manner, places)
-        with self._as_verse():
-            inner = given.manner if kind != "signature" else replace(given.manner, size=manner.size)
-            blocks = self._blocks(node.children, inner, depth + 1)
+        inner = given.manner if kind != "signature" else replace(given.manner, size=manner.size)
+        before, self.verse = self.verse, True  # lines of the source are lines of the letter, as in an address
+        blocks = self._blocks(node.children, inner, depth + 1)
+        self.verse = before
         if kind == "signature":
             size = given.manner.size / manner.size
             side = given.side or "left"
@@ -380,13 +377,6 @@ class _Reader:
                 f"::: {kind} names no box of the head, nor {', '.join(_CONTAINERS)}{_nearest_name(kind, known)}; a box "
                 f"is a table [box.{kind or 'address'}] of the head with x, y, w and h."
             )
-
-    @contextmanager
-    def _as_verse(self) -> Iterator[None]:
-        """Lines of the source are lines of the letter, as in an address."""
-        before, self.verse = self.verse, True
-        yield
-        self.verse = before
 
     # Spans
 

@@ -136,12 +136,10 @@ def stroke_width(ink: NDArray[np.bool_]) -> float:
     for ahead, behind in ((inside[2:, 1:-1], inside[:-2, 1:-1]), (inside[1:-1, 2:], inside[1:-1, :-2])):
         core &= (inside[1:-1, 1:-1] >= ahead) & (inside[1:-1, 1:-1] >= behind)
     middle = inside[1:-1, 1:-1][core]
-    return float(2 * np.mean(middle[_middle_half(middle)]) - 1) if len(middle) else 0.0
-
-
-def _middle_half(values: NDArray[np.float32]) -> NDArray[np.bool_]:
-    low, high = np.percentile(values, [25, 75])
-    return np.asarray((values >= low) & (values <= high))
+    if not len(middle):
+        return 0.0
+    low, high = np.percentile(middle, [25, 75])
+    return float(2 * np.mean(middle[(middle >= low) & (middle <= high)]) - 1)
 
 
 def without_specks(

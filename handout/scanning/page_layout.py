@@ -55,9 +55,10 @@ def refuse_oblique(scan: Scan) -> None:
     """Raise InputError for a sheet that was photographed at an angle: its opposite sides are not parallel."""
     sides = outline(np.asarray(scan.rgb))
     for pair in (sides[0::2], sides[1::2]):
-        if any(side is None for side in pair):
+        one, other = pair
+        if one is None or other is None:
             continue
-        angle = _angle_between(*(side[1] for side in pair if side is not None))
+        angle = float(np.degrees(np.arccos(np.clip(abs(float(one[1] @ other[1])), 0, 1))))
         if angle > _OUTLINE.angle:
             raise InputError(
                 f"{scan.source} was photographed at an angle: opposite edges of the sheet are {angle:.1f}° apart "
@@ -159,11 +160,6 @@ def _fit_side(points: Array) -> Array | None:
             return line
         points = points[distance < max(_OUTLINE.straight, float(np.percentile(distance, 90)))]
     return line if len(points) > 0.6 * count else None
-
-
-def _angle_between(a: Array, b: Array) -> float:
-    """Degrees between two directions."""
-    return float(np.degrees(np.arccos(np.clip(abs(float(a @ b)), 0, 1))))
 
 
 @dataclass(frozen=True)

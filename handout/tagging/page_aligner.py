@@ -34,7 +34,6 @@ from handout.tagging.line_space import (
     STEP,
     X_HEIGHT,
     Image,
-    LineFrame,
     LineStrip,
     column_count,
     describe,
@@ -152,7 +151,8 @@ class PageAligner:
         texts, loose = self._texts(own), [glyph for glyph in own if glyph.at < 0]
         for line in sorted({one.line for one in touched if texts[one.line].letters}):
             here = [one for one in touched if one.line == line]
-            drafts = _update_drafts(drafts, self._line(line, texts[line], drafts, loose, here))
+            found = {**drafts, **self._line(line, texts[line], drafts, loose, here)}
+            drafts = {at: glyph for at, glyph in found.items() if glyph is not None}  # some are not there any more
         drafts = self._exchange_ink(known, drafts)
         return Renewed(_with_letters(after, number, drafts), self._probability(inks, drafts))
 
@@ -199,7 +199,11 @@ class PageAligner:
             if line not in bent and not ((rows >= top) & (rows < low)).any():
                 continue
             near = [i for i in range(len(frames)) if abs(middle[i] - middle[line]) < 2 * (low - top)]
-            owners = line_owners(ink[top:low], [_lift_frame(frames[i], top) for i in near])
+            bases = [frames[i].baseline for i in near]
+            lifted = [
+                replace(frames[i], baseline=(base[0] - top, *base[1:])) for i, base in zip(near, bases, strict=True)
+            ]
+            owners = line_owners(ink[top:low], lifted)
             frame = replace(frames[line], slant=strip.frame.slant)
             again = straighten_line(owners == near.index(line), top, frame)
             if not np.array_equal(again.image, strip.image):
@@ -371,11 +375,6 @@ def _renumber_vertices(was: ScannedPage, letters: Drafts, page: ScannedPage) -> 
     return {at: np.sort(vertices[vertices != NOBODY]) for at, vertices in new.items()}
 
 
-def _update_drafts(drafts: Drafts, found: Mapping[int, ScannedGlyph | None]) -> Drafts:
-    """Letters with those that are others now; None: one that is not there any more."""
-    return {at: glyph for at, glyph in {**drafts, **found}.items() if glyph is not None}
-
-
 def _find_touched(
     was: ScannedPage, old: Sequence[ScannedGlyph], is_: ScannedPage, new: Sequence[ScannedGlyph]
 ) -> Iterator[_Touched]:
@@ -452,11 +451,6 @@ def _part(reading: ColumnReading, begin: int, end: int) -> ColumnReading:
     return ColumnReading(
         reading.letters[rows], reading.space[rows], reading.gap[rows], reading.border[rows], terms=reading.terms
     )
-
-
-def _lift_frame(frame: LineFrame, rows: int) -> LineFrame:
-    """A frame in a picture that begins so many rows further down."""
-    return replace(frame, baseline=(frame.baseline[0] - rows, *frame.baseline[1:]))
 
 
 def _match_vertices(uv: Array, again: Array) -> Indices:

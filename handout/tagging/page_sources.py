@@ -149,7 +149,11 @@ def gather_sources(
         has_text = len(texts) == len(pages) or (sheet is None and bool(remaining))
         if sheet is None and not has_text:
             refuse_mirrored(picture)
-            raise InputError(_missing_text(picture.source, len(texts), len(pages)))
+            counts = f"{_count_in_words(len(texts), 'text')} for {_count_in_words(len(pages), 'page')}: {_ONE_EACH}"
+            raise InputError(
+                f"{picture.source}: what is written on it? Give its text with --text{f' ({counts})' if texts else ''}; "
+                "only sheets made with `handout hand prompt` say it themselves."
+            )
         text = remaining.pop(0)[1] if has_text else sheet.transcript if sheet else ""
         sources.append(PageSource(sheet.prepared if sheet else _prepare_plain(picture, dpi, say), text))
     if remaining:
@@ -161,14 +165,6 @@ def gather_sources(
 
 def _count_in_words(count: int, name: str) -> str:
     return units.count(count, name)
-
-
-def _missing_text(source: str, texts: int, pages: int) -> str:
-    counts = f" ({_count_in_words(texts, 'text')} for {_count_in_words(pages, 'page')}: {_ONE_EACH})" if texts else ""
-    return (
-        f"{source}: what is written on it? Give its text with --text{counts}; only sheets made with `handout "
-        "hand prompt` say it themselves."
-    )
 
 
 def _prepare_plain(picture: FilePicture, dpi: float | None, say: Say) -> PreparedScan:
@@ -242,7 +238,8 @@ def _tag_source(
     written = finish(inked)
     if source.movements:
         written = with_recorded_line(written, source.movements, timed=source.timed)
-    say(f"  ink and {_count_in_words(len(written.text_lines.lines), 'line')} found; looking for the letters …")
+    lines = _count_in_words(len(written.text_lines.lines), "line")
+    say(f"  ink and {lines} found; looking for the letters …")
     try:
         if source.letters is not None:
             tagged = tag_labelled_page(written, source.transcript, source.letters)
@@ -250,20 +247,15 @@ def _tag_source(
             tagged = tag_page(written, source.transcript, rng=rng, method=method, tell=within(tell, _WRITTEN, 1.0))
     except InputError as error:
         raise InputError(f"{written.scan.source}: {error}") from error
-    _refuse_lost(tagged, len(written.text_lines.lines))
+    missing, characters = len(tagged.missing), len(tagged.missing) + len(tagged.glyphs)
+    if missing > _LOST * characters:
+        raise InputError(
+            f"{tagged.page.source}: {missing} of the {characters} characters of its text are not on the page, which "
+            f"has {lines} of writing: give the text of this page alone, line by line."
+        )
     for note in tagged.notes:
         say(f"  {note}")
     return tagged
-
-
-def _refuse_lost(tagged: TaggedPage, lines: int) -> None:
-    """Raise InputError for a text much of which is not on its page."""
-    missing = len(tagged.missing)
-    if missing > _LOST * (missing + len(tagged.glyphs)):
-        raise InputError(
-            f"{tagged.page.source}: {missing} of the {missing + len(tagged.glyphs)} characters of its text are not on "
-            f"the page, which has {_count_in_words(lines, 'line')} of writing: give the text of this page alone, line by line."
-        )
 
 
 @dataclass(frozen=True, eq=False)

@@ -56,15 +56,11 @@ def missing_room(left: Glyph, right: Glyph, width: float, breadth: float = 1.0) 
     # the one bar of tt or ft was drawn for where the other letter stands
     if (right.letter in left.before or left.letter in right.after) and (_has_bar(left) or _has_bar(right)):
         return 0.0
-    grown = 1.0 if left.letter.isalnum() and right.letter.isalnum() else max(breadth, 1.0)
+    grown, least = max(breadth, 1.0), _MARK_ROOM if {left.letter, right.letter} & _MARKS else _SIGN_ROOM
+    if left.letter.isalnum() and right.letter.isalnum():
+        grown, least = 1.0, LEAST_ROOM
     room = width + _edges(right)[0] - grown * _edges(left)[1]
-    return max(0.0, _least_room(left.letter, right.letter) - float(room.min()))
-
-
-def _least_room(left: str, right: str) -> float:
-    if left.isalnum() and right.isalnum():
-        return LEAST_ROOM
-    return _MARK_ROOM if left in _MARKS or right in _MARKS else _SIGN_ROOM
+    return max(0.0, least - float(room.min()))
 
 
 def _has_bar(glyph: Glyph) -> bool:
@@ -112,7 +108,11 @@ def bound_bars(glyphs: Sequence[Glyph], strokes: Sequence[list[Array]]) -> None:
     for i, glyph in enumerate(glyphs):
         for k, drawn in enumerate(glyph.strokes):
             if glyph.letter in CROSSED and is_bar(strokes[i][k]):
-                left, right = _meets_neighbours(glyph, beside[i], beside[i + 2], drawn)
+                # whether it was drawn to run into the letter before, and into the one behind
+                previous, following = beside[i], beside[i + 2]
+                left = previous is not None and previous.letter in glyph.after and float(drawn[:, 0].min()) < -_MEANT
+                right = following is not None and following.letter in glyph.before
+                right = right and float(drawn[:, 0].max()) > glyph.width + _MEANT
                 before, after = ink[: max(i - left, 0)], ink[i + 1 + right :]
                 limits = (np.inf if left else most, np.inf if right else most)
                 strokes[i][k] = _limit_bar(strokes[i][k], ink[i], before, after, limits)
@@ -125,18 +125,12 @@ def _ink(glyph: Glyph, strokes: Sequence[Array]) -> Array:
     return np.vstack([_evenly(stroke) for stroke in stems or strokes])  # a stem may be slurred until it lies, too
 
 
-def _meets_neighbours(glyph: Glyph, before: Glyph | None, after: Glyph | None, bar: Array) -> tuple[bool, bool]:
-    """Whether a bar was drawn to run into the letter before, and into the one behind."""
-    left = before is not None and before.letter in glyph.after and float(bar[:, 0].min()) < -_MEANT
-    right = after is not None and after.letter in glyph.before and float(bar[:, 0].max()) > glyph.width + _MEANT
-    return left, right
-
-
 def _limit_bar(
     bar: Array, letter: Array, before: Sequence[Array], after: Sequence[Array], most: tuple[float, float]
 ) -> Array:
     """A bar between the letters before and behind that it would touch, not more than `most` beyond its stem."""
-    stem = _stem(letter, float(np.median(bar[:, 1])))
+    away = np.abs(letter[:, 1] - float(np.median(bar[:, 1])))
+    stem = float(np.median(letter[away <= max(0.1, float(away.min())), 0]))
     right = _reach(bar, stem, after, most[1])
     # the same to the left, seen in a mirror
     mirror = np.array([-1.0, 1.0])
@@ -159,13 +153,6 @@ def _reach(bar: Array, stem: float, ink: Sequence[Array], most: float) -> float:
         over = np.abs(xy[:, 1] - np.interp(xy[:, 0], bar[order, 0], bar[order, 1])) < _OVER
         wall = float(xy[over & (xy[:, 0] > stem), 0].min(initial=np.inf))
     return max(min(drawn, wall - _BAR_ROOM - stem, most), _TIE) / drawn
-
-
-def _stem(letter: Array, y: float) -> float:
-    """Where a letter's stem is at a height, x: the leftmost place near it."""
-    away = np.abs(letter[:, 1] - y)
-    near = letter[away <= max(0.1, float(away.min()))]
-    return float(np.median(near[:, 0]))
 
 
 def clear_dots(glyphs: Sequence[Glyph], strokes: Sequence[list[Array]]) -> None:
@@ -254,7 +241,9 @@ class WordWriter:
         flat += warp(flat, rng, self._vary.warp, 1.6, 3.4) + warp(flat, rng, self._vary.warp_fine, 0.7, 1.6)
         slant = self._hand.slant + self._slant.draw_next(rng) + self._slow_slant.draw_next(rng)
         flat = flat + slant * flat[:, 1:] * (1.0, 0.0)
-        strokes = _unflatten(flat, glyphs)
+        sizes = [len(stroke) for glyph in glyphs for stroke in glyph.strokes]
+        pieces = iter(np.split(flat, np.cumsum(sizes)[:-1]))
+        strokes = [tuple(next(pieces) for _ in glyph.strokes) for glyph in glyphs]
         joins = (False, *(are_joined(a, b) for a, b in pairwise(glyphs)))
         return Word(
             glyphs=tuple(map(PlannedGlyph, glyphs, strokes, joins)),
@@ -280,7 +269,10 @@ class WordWriter:
         """All points of the glyphs side by side, (n, 2), and the advance of the whole."""
         n, vary = len(glyphs), self._vary
         shapes = self._shapes(n, rng)
-        widths = _advances(glyphs) * shapes[:, 0, 0] + rng.normal(0.0, vary.gap, n)
+        # capitals among themselves stand further apart than before small letters
+        capitals = [a.letter.isupper() and b.letter.isupper() for a, b in pairwise(glyphs)] + [False]
+        advances = np.array([glyph.width for glyph in glyphs]) + _CAPITALS * np.array(capitals)
+        widths = advances * shapes[:, 0, 0] + rng.normal(0.0, vary.gap, n)
         pairs = zip(pairwise(glyphs), widths, shapes[:, 0, 0], strict=False)
         widths[:-1] += [missing_room(a, b, width, breadth) for (a, b), width, breadth in pairs]
         sizes = 1.0 + self._size.walk(rng, n)
@@ -288,28 +280,20 @@ class WordWriter:
         rises = self._line_rise.walk(rng, n) + self._rise.walk(rng, n)
         starts = np.column_stack([np.concatenate([[0.0], np.cumsum(widths)[:-1]]), rises])
         points = list[list[Array]]()
-        for glyph, shape, start, share in zip(
-            glyphs, sizes[:, None, None] * shapes, starts, self._slurs(n, rng), strict=True
-        ):
+        # by what share the pen falls short of each letter's points; the first letters are written with care
+        settled = np.minimum((np.arange(n) + 0.5) / 4, 1.0)
+        slurs = np.minimum(np.abs(self._slur.walk(rng, n)) * settled, _MOST_SLURRED)
+        shapes = sizes[:, None, None] * shapes
+        for glyph, shape, start, share in zip(glyphs, shapes, starts, slurs, strict=True):
             points.append([])
             for stroke, delayed in zip(glyph.strokes, glyph.delayed, strict=True):
                 placed = slur_stroke(stroke, share) @ shape
                 if delayed:
-                    placed = placed + self._flight(rng)
+                    placed = placed + rng.normal([vary.late_right, 0.0], [vary.late_x, vary.late_y])
                 points[-1].append(placed + start)
         bound_bars(glyphs, points)
         clear_dots(glyphs, points)
         return np.vstack([stroke for strokes in points for stroke in strokes]), float(widths.sum())
-
-    def _flight(self, rng: np.random.Generator) -> Array:
-        """Where a dot, bar or accent lands, away from its place."""
-        vary = self._vary
-        return rng.normal([vary.late_right, 0.0], [vary.late_x, vary.late_y])
-
-    def _slurs(self, n: int, rng: np.random.Generator) -> Array:
-        """(n,): by what share the pen falls short of each letter's points; the first letters are written with care."""
-        settled = np.minimum((np.arange(n) + 0.5) / 4, 1.0)
-        return np.asarray(np.minimum(np.abs(self._slur.walk(rng, n)) * settled, _MOST_SLURRED))
 
     def _shapes(self, n: int, rng: np.random.Generator) -> Array:
         """(n, 2, 2): for each letter the matrix that makes it broader or narrower, taller or shorter, and leans it.
@@ -341,19 +325,6 @@ def slur_stroke(stroke: Array, share: float) -> Array:
 def _extent(strokes: Sequence[Array]) -> tuple[float, float]:
     x = np.concatenate([stroke[:, 0] for stroke in strokes])
     return float(x.min()), float(x.max())
-
-
-def _advances(glyphs: Sequence[Glyph]) -> Array:
-    """How far each glyph is from the next; capitals among themselves stand further apart than before small letters."""
-    letters = [glyph.letter for glyph in glyphs]
-    capitals = [a.isupper() and b.isupper() for a, b in pairwise(letters)] + [False]
-    return np.array([glyph.width for glyph in glyphs]) + _CAPITALS * np.array(capitals)
-
-
-def _unflatten(flat: Array, glyphs: Sequence[Glyph]) -> tuple[tuple[Array, ...], ...]:
-    sizes = [len(stroke) for glyph in glyphs for stroke in glyph.strokes]
-    pieces = iter(np.split(flat, np.cumsum(sizes)[:-1]))
-    return tuple(tuple(next(pieces) for _ in glyph.strokes) for glyph in glyphs)
 
 
 class DrawnHandwriting:

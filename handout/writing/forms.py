@@ -107,7 +107,9 @@ class ExtractedStrokes:
         into = sorted(((hand.glyphs[number].after, path) for number, path in out), key=itemgetter(0))
         gone = self._code_vertices([(i, path[1:]) for i, path in out] + [(i, path[:-1]) for i, path in into])
         ends = self._code_vertices([(i, path[:1]) for i, path in out] + [(i, path[-1:]) for i, path in into])
-        self._codes = _rising(np.concatenate([self._owned[~_are_among(self._owned, np.sort(gone))], ends]))
+        codes = np.sort(np.concatenate([self._owned[~_are_among(self._owned, np.sort(gone))], ends]))
+        # the distinct ones; `np.unique` hashes numbers, which takes ten times as long for these
+        self._codes = codes[np.diff(codes, prepend=-1) > 0]
         self.bodies = self._lines(self._codes, np.searchsorted(self._codes, np.arange(len(centre) + 1) * self._count))
         self._ways = [
             (self._code_vertices(side), np.cumsum([0, *(len(path) for _, path in side)])) for side in (out, into)
@@ -180,12 +182,6 @@ class ExtractedStrokes:
             uv[here], density[here] = scan.graph.uv[vertices], scan.graph.density[vertices]
             place[here], radius[here] = scan.to_line(row[here], uv[here]), scan.graph.radius[vertices] / scan.pitch
         return Lines(first, place - self._centre[number], radius, density, uv)
-
-
-def _rising(codes: Indices) -> Indices:
-    """The distinct codes, sorted; `np.unique` hashes numbers, which takes ten times as long for these."""
-    codes = np.sort(codes)
-    return codes[np.diff(codes, prepend=-1) > 0]
 
 
 def _are_among(codes: Indices, rising: Indices) -> NDArray[np.bool_]:
@@ -365,16 +361,13 @@ class Forms:
     def __getitem__(self, number: int) -> GlyphLine:
         form = self._made.get(number)
         if form is None:
-            form = self._made[number] = self._form(number)
+            form = self._made[number] = GlyphLine(
+                *self.bodies[number],
+                self._edges[number],
+                tuple(self._way(self._extracted.entries, way, self._loose[0]) for way in self._entries.get(number, ())),
+                tuple(self._way(self._extracted.exits, way, self._loose[1]) for way in self._exits.get(number, ())),
+            )
         return form
-
-    def _form(self, number: int) -> GlyphLine:
-        return GlyphLine(
-            *self.bodies[number],
-            self._edges[number],
-            tuple(self._way(self._extracted.entries, way, self._loose[0]) for way in self._entries.get(number, ())),
-            tuple(self._way(self._extracted.exits, way, self._loose[1]) for way in self._exits.get(number, ())),
-        )
 
     def _way(self, strokes: Connectors, way: int, loose: Indices) -> Connector:
         place, radius, density, uv = strokes.lines[way]

@@ -23,7 +23,7 @@ from handout.branching import branches
 from handout.hand.measures import mean_slant, mean_x_height
 from handout.hand.scanned import NOBODY
 from handout.values import Array, Indices
-from handout.writing.forms import Connector, Connectors, Forms, GlyphLine
+from handout.writing.forms import Connector, Forms, GlyphLine
 from handout.writing.joining import matches
 
 Joint = tuple[Connector, Connector]
@@ -108,7 +108,8 @@ class Joints:
         if not len(ways.of):
             return None
         form, height, letter = forms[number], float(forms.centre[number, 1]), hand.glyphs[number].letter
-        anchors = _anchors(ways, leaving)
+        lines = ways.lines  # anchors : (m, 2), where each way leaves its glyph, or comes to it, from the glyph's centre
+        anchors = lines.xy[lines.first[:-1] if leaving else lines.first[1:] - 1]
         theirs = np.array([hand.glyphs[of].letter == letter for of in ways.of.tolist()], dtype=bool)
         if not (leaving or theirs.any()):
             return None
@@ -126,11 +127,6 @@ class Joints:
         way = int(away.argmin())
         shape = (ways.lines[way].xy - anchors[way] + root)[:: 1 if leaving else -1]
         return _ink_way(form, _lead_over(shape, form.xy[start], across), stroke, leaving, height)
-
-
-def _anchors(ways: Connectors, leaving: bool) -> Array:
-    """(m, 2): where each way leaves its glyph, or comes to it, from the glyph's centre."""
-    return ways.lines.xy[ways.lines.first[:-1] if leaving else ways.lines.first[1:] - 1]
 
 
 def _start(form: GlyphLine, usual: Array | None, across: Array, x_height: float) -> int | None:

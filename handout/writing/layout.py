@@ -291,6 +291,8 @@ def author_baselines(hand: ScannedHand) -> BaselineModel:
     sags = np.concatenate([page.sag[lines] for page, lines in zip(pages, long, strict=True)])
     share = len(sags) / (len(sags) + HABITS.prior)
     mean = float(np.median(sags))
+    # how far lines stand from even distances
+    uneven = [page.height - np.polyval(np.polyfit(page.number, page.height, 1), page.number) for page in pages]
     return BaselineModel(
         edge=_deviation([rest for rest, _ in edges], USUAL_BASELINES.edge, HABITS.edge, 2),
         edge_memory=_memory([rest for rest, _ in edges], USUAL_BASELINES.edge_memory, 2),
@@ -301,7 +303,7 @@ def author_baselines(hand: ScannedHand) -> BaselineModel:
         bend=_deviation([sags - mean], USUAL_BASELINES.bend, HABITS.bend),
         bend_mean=share * float(np.clip(mean, -HABITS.bend_mean, HABITS.bend_mean)),
         reach=float(np.median(np.concatenate([page.reach for page in pages]))),
-        pitch=_deviation([_uneven(page) for page in pages], USUAL_BASELINES.pitch, HABITS.pitch, 2),
+        pitch=_deviation(uneven, USUAL_BASELINES.pitch, HABITS.pitch, 2),
         closer=max(map(_closer, pages)),
     )
 
@@ -345,11 +347,6 @@ def _course(x: Array, y: Array) -> tuple[float, float]:
     on, up = (np.subtract.outer(of, of) for of in (x, y))
     slope = float(np.median(up[on > 0] / on[on > 0]))
     return slope, float(np.median(y) - slope * np.median(x))
-
-
-def _uneven(page: _PageLines) -> Array:
-    """How far lines stand from even distances."""
-    return page.height - np.polyval(np.polyfit(page.number, page.height, 1), page.number)
 
 
 def _closer(page: _PageLines) -> float:

@@ -241,7 +241,8 @@ def _fitted_rows(
         if _pages(len(rows), pitch, smaller) <= limit and _widest(rows) <= smaller.room:
             return smaller, rows
     tight = _scale_layout(layout, pitch, SMALLEST_FIT, _BUNCHED[1])
-    rows = list(rows_of([(indent, _bunch(units)) for indent, units in paragraphs], tight))
+    bunched = [(indent, [replace(unit, gap=unit.gap * _BUNCHED[0]) for unit in units]) for indent, units in paragraphs]
+    rows = list(rows_of(bunched, tight))
     if _pages(len(rows), pitch, tight) <= limit:
         return tight, rows
     raise _too_long(len(rows), pitch, tight, limit)
@@ -252,10 +253,6 @@ def _scale_layout(layout: Layout, pitch: float, scale: float, tighter: float = 1
         return replace(layout, x_height=layout.x_height * scale)
     distance = layout.baseline_distance(pitch) * scale * tighter
     return replace(layout, x_height=layout.x_height * scale, line_spacing=max(distance, layout.x_height * scale))
-
-
-def _bunch(units: Sequence[Unit[G]]) -> list[Unit[G]]:
-    return [replace(unit, gap=unit.gap * _BUNCHED[0]) for unit in units]
 
 
 def _widest(rows: Sequence[UnitRow[G]]) -> float:
@@ -376,7 +373,11 @@ def _sheet(
         if any(unit.intended is not None for unit in row.units):
             placed = _strike_words(placed, row, starts, layout, to_page, strike_through)
         lines.append(Line(_text(row), tuple(replace(p, word=words + p.word) for p in placed), baseline, rise))
-        slips += [{"page": page, "line": len(lines), **slip} for slip in _slips(row)]
+        slips += [
+            {"page": page, "line": len(lines), "written": "".join(unit.word.spelt), "meant": unit.intended}
+            for unit in row.units
+            if unit.intended
+        ]
         words += len(row.units)
     lower = 0.0
     if layout.ruling is None:  # what is written on rules stays there
@@ -457,11 +458,6 @@ def _strike_words(
         # last of its word, after the dots
         mark = Glyph("", (), (True,) * len(strokes), 0.0)
         yield Placed(mark, tuple(strokes), joined=False, word=number, at=glyphs[-1].at)
-
-
-def _slips(row: UnitRow[G]) -> list[dict[str, str]]:
-    """What was written in a row, and what was meant."""
-    return [{"written": "".join(unit.word.spelt), "meant": unit.intended} for unit in row.units if unit.intended]
 
 
 def _starts(row: UnitRow[G], x: float, scale: float) -> list[float]:

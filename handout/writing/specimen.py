@@ -29,7 +29,9 @@ def specimen(hand: Hand, text: str, rng: np.random.Generator, *, width: float, x
     """
     room = width / x_height - 2 * _MARGIN
     rows = list(_rows(hand, room))
-    written = _text(hand, text, rng, width, x_height)
+    sides = _MARGIN * x_height
+    layout = Layout(Page(width, 5000.0), (0.0, sides, 0.0, sides), x_height)
+    (written,) = compose(text, hand, layout, rng, pages=1)
     lines = [_line(hand, row, number, x_height) for number, row in enumerate(rows)]
     top = (_MARGIN + 2.2 + _PITCH * len(rows)) * x_height
     words = sum(len(row) for row in rows)
@@ -102,13 +104,6 @@ def _line(hand: Hand, row: list[tuple[float, Glyph]], number: int, x_height: flo
         for i, (x, glyph) in enumerate(row)
     ]
     return Line("".join(glyph.letter for _, glyph in row), tuple(placed), baseline)
-
-
-def _text(hand: Hand, text: str, rng: np.random.Generator, width: float, x_height: float) -> Manuscript:
-    tall = Page(width, 5000.0)
-    sides = _MARGIN * x_height
-    (sheet,) = compose(text, hand, Layout(tall, (0.0, sides, 0.0, sides), x_height), rng, pages=1)
-    return sheet
 
 
 def _lower_line(line: Line, dy: float, words: int) -> Line:

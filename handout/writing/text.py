@@ -355,7 +355,11 @@ def borrow(grapheme: str, hand: Repertoire, at: int) -> list[Letter]:
     marks_left = tuple(mark for mark in marks if mark in hand.marks)
     if not base.isalpha() and any(unicodedata.combining(mark) == _OVERLAY for mark in marks if mark not in marks_left):
         base, marks_left = grapheme, ()  # a sign without its stroke says something else: ≠ is not =
-    for choice in (SIMILAR.get(base, base), _plain(base), base.swapcase()):
+    for choice in (
+        SIMILAR.get(base, base),
+        unicodedata.normalize("NFKC", base).translate(SAME),
+        base.swapcase(),
+    ):  # ½ is 1/2
         if choice and all(part in hand.letters for part in choice):
             return [Letter(part, marks_left if i == 0 else (), at) for i, part in enumerate(choice)]
     return []
@@ -375,11 +379,6 @@ def instead(written: str) -> str:
     return f"{written} in its place" if written else LEFT_OUT
 
 
-def _plain(grapheme: str) -> str:
-    """A grapheme in common characters, as Unicode knows it: ½ is 1/2."""
-    return unicodedata.normalize("NFKC", grapheme).translate(SAME)
-
-
 def _complaint(missing: dict[str, list[str]], hand: Repertoire, fallback: bool, spared: Collection[str]) -> str:
     named = [
         f"{_name(grapheme)} ({'; '.join(places[:3])}{f' and {len(places) - 3} more' if len(places) > 3 else ''})"
@@ -394,14 +393,11 @@ def _complaint(missing: dict[str, list[str]], hand: Repertoire, fallback: bool, 
         )
         pictures = [grapheme for grapheme in missing if grapheme in spared]
         ways = [f"accept similar forms{which}"] if len(pictures) < len(missing) else []
-        ways += [f"leave {'it' if len(missing) == 1 else _pictures(pictures, missing)} out"] if pictures else []
+        them = "them" if len(pictures) == len(missing) else " ".join(map(_name, pictures[:_MOST_NAMED]))
+        ways += [f"leave {'it' if len(missing) == 1 else them} out"] if pictures else []
         way_out += f", or --fallback to {' and '.join(ways)}"
     few = f"; it can write only {''.join(sorted(hand.letters))}" if 0 < len(hand.letters) < _FEW else ""
     return f"The hand {hand.name} has no form for {', '.join(named)}{more}{few}: {way_out}."
-
-
-def _pictures(pictures: Sequence[str], missing: Collection[str]) -> str:
-    return "them" if len(pictures) == len(missing) else " ".join(map(_name, pictures[:_MOST_NAMED]))
 
 
 def _name(grapheme: str) -> str:

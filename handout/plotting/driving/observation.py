@@ -141,9 +141,9 @@ class Observer:
         apart, lost, unsure = list[Array](), list[Array](), 0.0
         for number in np.unique(stroke[drawn]).tolist():
             within = np.flatnonzero(stroke == number)
-            at = np.arange(
-                within[0], _find_next_stroke(stroke, within[-1])
-            )  # answers up to the next stroke bound the delay too
+            later = np.flatnonzero(stroke[within[-1] + 1 :] >= 0)
+            # answers up to the next stroke bound the delay too
+            at = np.arange(within[0], within[-1] + 1 + later[0] if len(later) else len(stroke))
             most = np.minimum.accumulate((time[at] - low[at])[::-1])[::-1][within - within[0]]
             drawn_rows = np.flatnonzero(toolpath.draws & (toolpath.stroke == number))
             end = float(plan.starts[drawn_rows[-1]] + plan.motion.duration[drawn_rows[-1]])
@@ -277,9 +277,3 @@ def _measure_lengths(toolpath: Toolpath) -> tuple[Array, Array]:
     behind = np.append(0.0, np.cumsum(length))
     last = np.append(np.flatnonzero(np.diff(toolpath.stroke) != 0), len(toolpath.kind) - 1)
     return behind, np.asarray(behind[last + 1][np.searchsorted(last, np.arange(len(toolpath.kind)))] - behind[:-1])
-
-
-def _find_next_stroke(stroke: NDArray[np.intp], last: int) -> int:
-    """Index of the first answer of the next stroke."""
-    later = np.flatnonzero(stroke[last + 1 :] >= 0)
-    return last + 1 + int(later[0]) if len(later) else len(stroke)
