@@ -285,12 +285,8 @@ class _Flow:
     def _paragraph(self, paragraph: Paragraph, left: float, right: float) -> None:
         lines = self._lines.get(self._number[id(paragraph)], [])
         begin_indented = self._letter.head.paragraphs == "indented" and self._after_text and not self._tight
-        if not paragraph.level and paragraph.kind == "postscript":
-            self._space(_ABOVE["postscript"])
-        elif not (paragraph.level or self._tight or begin_indented or self._after_heading):
-            self._space(_PARAGRAPH)
+        self._space_before(paragraph, begin_indented)
         if paragraph.level:
-            self._space(_ABOVE["heading"])
             self._keep((1 + max((word.scale for line in lines for word in line), default=1.0)) * self._usual)
         first = _INDENT * self._xh if begin_indented and not paragraph.side else 0.0
         for line in lines:
@@ -300,6 +296,14 @@ class _Flow:
                 first = 0.0
         if paragraph.level or paragraph.kind == "date":
             self._space(_BELOW["date" if paragraph.kind == "date" else "heading"])
+
+    def _space_before(self, paragraph: Paragraph, begin_indented: bool) -> None:
+        if paragraph.level:
+            self._space(_ABOVE["heading"])
+        elif paragraph.kind == "postscript":
+            self._space(_ABOVE["postscript"])
+        elif not (self._tight or begin_indented or self._after_heading):
+            self._space(_PARAGRAPH)
 
     def _row(self, words: Sequence[LetterWord], left: float, right: float, side: Side | None) -> int:
         """Place as many of some words as one row holds."""

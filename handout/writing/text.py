@@ -393,11 +393,14 @@ def _complaint(missing: dict[str, list[str]], hand: Repertoire, fallback: bool, 
         )
         pictures = [grapheme for grapheme in missing if grapheme in spared]
         ways = [f"accept similar forms{which}"] if len(pictures) < len(missing) else []
-        them = "them" if len(pictures) == len(missing) else " ".join(map(_name, pictures[:_MOST_NAMED]))
-        ways += [f"leave {'it' if len(missing) == 1 else them} out"] if pictures else []
+        ways += [f"leave {'it' if len(missing) == 1 else _pictures(pictures, missing)} out"] if pictures else []
         way_out += f", or --fallback to {' and '.join(ways)}"
     few = f"; it can write only {''.join(sorted(hand.letters))}" if 0 < len(hand.letters) < _FEW else ""
     return f"The hand {hand.name} has no form for {', '.join(named)}{more}{few}: {way_out}."
+
+
+def _pictures(pictures: Sequence[str], missing: Collection[str]) -> str:
+    return "them" if len(pictures) == len(missing) else " ".join(map(_name, pictures[:_MOST_NAMED]))
 
 
 def _name(grapheme: str) -> str:

@@ -128,5 +128,5 @@ def test_a_text_most_of_which_is_not_there_is_refused(small_page):
     with pytest.raises(
         InputError, match=r"page\.png: 40 of the 84 characters of its text are not on the page.*3 lines"
     ):
-        page_sources._refuse_lost(lost, 3)
-    page_sources._refuse_lost(small_page.made, 3)
+        page_sources._refuse_lost(lost, "3 lines")
+    page_sources._refuse_lost(small_page.made, "3 lines")
