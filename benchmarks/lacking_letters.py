@@ -182,7 +182,7 @@ def told(rows: Sequence[Row]) -> str:
 def main() -> None:
     """Print a line for each hand, drawn form -> made after the other letters, and one for all."""
     folder = os.environ.get("HANDOUT_HANDS")
-    names = [*map(str, sorted(Path(folder).glob("*.hand")))] if folder else sorted(library.scanned_hand_files())
+    names = [*map(str, sorted(Path(folder).glob("*.hand")))] if folder else sorted(library.scanned_files())
     every = []
     for name in names:
         hand = library.find(name)

@@ -109,14 +109,6 @@ def content_bytes(content: Content) -> bytes:
     return msgspec.json.format(msgspec.json.encode(content), indent=1)
 
 
-def _unpack_pixels(data: bytes) -> NDArray[np.uint8] | None:
-    """The pixels (h, w, channels) of a picture, blue first; None if it is damaged."""
-    import cv2
-
-    pixels = cv2.imdecode(np.frombuffer(data, dtype=np.uint8), cv2.IMREAD_UNCHANGED)
-    return None if pixels is None else np.asarray(pixels, dtype=np.uint8)
-
-
 class Archive:
     """An archive that is being read; each method checks what it gives.
 
@@ -235,9 +227,13 @@ class Archive:
                 if picture.mode != wanted:
                     raise self.error(f"{name} is a picture in {picture.mode}, not {wanted}")
                 # of WebP Pillow makes three copies on the way, which take twice as long as unpacking it
-                pixels = _unpack_pixels(data) if picture.format == "WEBP" else None
-                if pixels is not None:
-                    return pixels if mode != wanted else pixels[:, :, _SWAPPED]
+                if picture.format == "WEBP":
+                    import cv2
+
+                    unpacked = cv2.imdecode(np.frombuffer(data, dtype=np.uint8), cv2.IMREAD_UNCHANGED)
+                    if unpacked is not None:  # None: it is damaged
+                        pixels = np.asarray(unpacked, dtype=np.uint8)
+                        return pixels if mode != wanted else pixels[:, :, _SWAPPED]
                 own = np.asarray(picture)
                 return own if mode == wanted else own[:, :, _SWAPPED[: own.shape[2]]]
         except (OSError, UnidentifiedImageError, SyntaxError, ValueError, struct.error, zlib.error) as error:

@@ -555,7 +555,11 @@ class HandEditor:
             after = partner.after
         elif partner.after == number:
             before = partner.before
-        place = _whole(glyph.place, partner.place, glyph.after == second) if adjoining else glyph.place
+        place = glyph.place
+        if adjoining:
+            first, last = (glyph, partner) if glyph.after == second else (partner, glyph)
+            begins, ends = first.place in ("start", "alone"), last.place in ("end", "alone")
+            place = "alone" if begins and ends else "start" if begins else "end" if ends else "middle"
         for beside in (glyph.before, number, partner.before, second):
             self._part(beside)
         self._glyphs[second] = None
@@ -645,10 +649,3 @@ def _side(a: Array, b: Array, c: Array) -> Array:
     """Positive where c lies on one side of the line through a and b, negative on the other; rows of points."""
     ab, ac = b - a, c - a
     return np.asarray(ab[..., 0] * ac[..., 1] - ab[..., 1] * ac[..., 0])
-
-
-def _whole(place: Place, other_place: Place, in_order: bool) -> Place:
-    """The place of a letter made of two that follow each other."""
-    first, last = (place, other_place) if in_order else (other_place, place)
-    begins, ends = first in ("start", "alone"), last in ("end", "alone")
-    return "alone" if begins and ends else "start" if begins else "end" if ends else "middle"

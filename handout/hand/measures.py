@@ -217,7 +217,8 @@ def ink_colours(hand: ScannedHand) -> InkColours:
     of = np.zeros(len(pieces), dtype=np.intp)
     for number, members in enumerate(inks):
         of[members] = number
-    return InkColours(tuple(_name_colour(np.median(colour[members], axis=0)) for members in inks), of)
+    usual = [np.rint(255 * np.median(colour[members], axis=0)).astype(int).tolist() for members in inks]
+    return InkColours(tuple("#" + "".join(f"{part:02x}" for part in parts) for parts in usual), of)
 
 
 def _usual(hand: ScannedHand, number: int, pieces: list[Indices]) -> Array:
@@ -267,10 +268,6 @@ def _merge_inks(colour: Array, group: Indices) -> list[Indices]:
         else:
             inks.append(members)
     return sorted(inks, key=lambda some: -len(some))
-
-
-def _name_colour(colour: NDArray[np.float64]) -> str:
-    return "#" + "".join(f"{round(255 * float(part)):02x}" for part in colour)
 
 
 def body_sizes(xy: Array, radius: Array, first: Indices, x_height: float) -> Array:

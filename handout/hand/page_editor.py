@@ -53,9 +53,7 @@ class Cover:
     corner: tuple[int, int]
     values: NDArray[np.uint8]
 
-    def overlap_with(
-        self, corner: tuple[int, int], shape: tuple[int, int]
-    ) -> tuple[tuple[slice, slice], NDArray[np.uint8]]:
+    def overlap(self, corner: tuple[int, int], shape: tuple[int, int]) -> tuple[tuple[slice, slice], NDArray[np.uint8]]:
         """Which rows and columns of a picture (h, w) that begins at `corner` it covers, and its values there."""
         (x, y), (height, width) = corner, shape
         left, top = self.corner
@@ -114,7 +112,7 @@ def as_paper(page: ScannedPage, cover: Cover) -> tuple[ScannedPage, Indices]:
         There is none.
     """
     gone = cover.covers_places(page.graph.uv)
-    part, values = cover.overlap_with(page.texture.corner, page.texture.shape)
+    part, values = cover.overlap(page.texture.corner, page.texture.shape)
     if not gone.any() and not (page.texture.alpha[part][values > 0] > 0).any():
         raise PaintError("there is no ink")
     pixels = page.texture.pixels.copy()
@@ -189,7 +187,7 @@ def own_ink(page: ScannedPage, rows: slice, columns: slice) -> NDArray[np.bool_]
 
     shape = (rows.stop - rows.start, columns.stop - columns.start)
     alpha = np.zeros(shape, dtype=np.uint8)
-    here, values = Cover((columns.start, rows.start), alpha).overlap_with(page.texture.corner, page.texture.shape)
+    here, values = Cover((columns.start, rows.start), alpha).overlap(page.texture.corner, page.texture.shape)
     values[:] = page.texture.alpha[here]
     size = 2 * max(1, round(_SETTINGS.own[0] * usual_half(page))) + 1
     middle = cv2.dilate(alpha, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size)))
@@ -329,7 +327,7 @@ def with_texture(texture: Texture, pixels: NDArray[np.uint8]) -> Texture:
 def _add_ink(page: ScannedPage, cover: Cover) -> Texture:
     """The texture with ink under a cover, its box wide enough for that."""
     texture = wide_enough(page, cover)
-    part, values = cover.overlap_with(texture.corner, texture.shape)
+    part, values = cover.overlap(texture.corner, texture.shape)
     colour, opacity = usual_ink(page)
     under = texture.pixels[part].copy()
     alpha = (values * (opacity / 255)).astype(np.uint8)
@@ -342,7 +340,7 @@ def _add_ink(page: ScannedPage, cover: Cover) -> Texture:
 
 def wide_enough(page: ScannedPage, cover: Cover) -> Texture:
     """The texture of a page, its box made to hold what of the page lies under a cover."""
-    texture, (rows, columns) = page.texture, cover.overlap_with((0, 0), page.shape)[0]
+    texture, (rows, columns) = page.texture, cover.overlap((0, 0), page.shape)[0]
     (x, y), (height, width) = texture.corner, texture.shape
     left, top = min(x, columns.start), min(y, rows.start)
     right, bottom = max(x + width, columns.stop), max(y + height, rows.stop)

@@ -154,7 +154,7 @@ def _window(
     rows, columns = slice(top, low), slice(left, right)
     ink = own_ink(page, rows, columns)
     scribble = np.zeros(ink.shape, dtype=bool)
-    here, values = cover.overlap_with((columns.start, rows.start), ink.shape)
+    here, values = cover.overlap((columns.start, rows.start), ink.shape)
     scribble[here] = values > 127
     rgb = page.scan.part(rows, columns)
     column, row = np.rint(held - (columns.start, rows.start)).astype(np.intp).T
@@ -194,9 +194,8 @@ def _with_lines(page: ScannedPage, window: _Window) -> tuple[ScannedPage, Indice
     bare, number = drop_vertices(page, gone)
     if not len(new):
         return bare, number
-    return replace(
-        bare, graph=_splice_graphs(bare.graph, new, _look_under(zone, new.uv, window.corner)[1], away)
-    ), number
+    _, under = _look_under(zone, new.uv, window.corner)
+    return replace(bare, graph=_splice_graphs(bare.graph, new, under, away)), number
 
 
 def _splice_graphs(graph: LineGraph, new: LineGraph, fresh: NDArray[np.bool_], away: float) -> LineGraph:
@@ -262,7 +261,7 @@ def _with_matte(page: ScannedPage, window: _Window) -> ScannedPage:
         rgba = rgba[:, :, [2, 1, 0, 3]]
     cover = Cover(window.corner, zone.astype(np.uint8))
     texture = wide_enough(page, cover)
-    here, _ = cover.overlap_with(texture.corner, texture.shape)
+    here, _ = cover.overlap(texture.corner, texture.shape)
     (x, y), (left, top) = texture.corner, window.corner
     own = (
         slice(here[0].start + y - top, here[0].stop + y - top),

@@ -473,7 +473,9 @@ class _Reader:
             if key == "size":
                 factor = float(value)
             elif key == "ink":
-                given.manner = replace(given.manner, ink=_six_digits(colour_code(value)))
+                digits = colour_code(value).removeprefix("#").lower()
+                digits = digits if len(digits) == 6 else "".join(2 * digit for digit in digits)
+                given.manner = replace(given.manner, ink=f"#{digits}")
             elif key == "hand":
                 given.manner = replace(given.manner, hand=value)
             else:
@@ -518,11 +520,6 @@ def _leading_attributes(node: SyntaxTreeNode | None) -> tuple[int, Mapping[str, 
     except ParseError:
         return 0, {}
     return end + 1, attrs
-
-
-def _six_digits(colour: str) -> str:
-    digits = colour.removeprefix("#").lower()
-    return "#" + (digits if len(digits) == 6 else "".join(2 * digit for digit in digits))
 
 
 def _nearest_name(name: str, known: Sequence[str]) -> str:

@@ -365,7 +365,7 @@ class HandList(Result):
 def list_hands() -> HandList:
     """The hands that are known by name, the program's and the user's own."""
     drawn = [_listed(library.load(name)) for name in library.names()]
-    return HandList(drawn, [_listed_scan(name, path) for name, path in library.scanned_hand_files().items()])
+    return HandList(drawn, [_listed_scan(name, path) for name, path in library.scanned_files().items()])
 
 
 def listed_file(path: Path) -> ListedHand:
@@ -405,7 +405,7 @@ def show_hand(
     ----------
     text : of a scanned hand: show which of its letters would write this, and why.
     """
-    if name.endswith(file.SUFFIX) or name in library.scanned_hand_files():
+    if name.endswith(file.SUFFIX) or name in library.scanned_files():
         return _show_scanned(file.load(library.scanned_file(name)), outputs, text, writing_options)
     if text is not None:
         raise InputError(f"--text shows how letters of a scanned hand are chosen, and {name} is a drawn one.")

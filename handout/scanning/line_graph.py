@@ -210,7 +210,10 @@ def _measure_across(
     for part in np.array_split(np.arange(len(xy)), max(1, len(xy) * len(steps) // 2_000_000)):
         places = xy[part, None] + normal[part, None] * steps[:, None]
         inky = sample_image(ink, places)
-        inky *= _unbroken_ink(inky > 0, reach)
+        # where ink reaches without a gap from the middle column, so that a neighbouring line does not pull
+        ahead = np.minimum.accumulate(inky[:, reach:] > 0, axis=1)
+        behind = np.minimum.accumulate(inky[:, reach::-1] > 0, axis=1)[:, ::-1]
+        inky *= np.concatenate([behind[:, :-1], ahead], axis=1)
         weights = sample_image(weight, places) * (inky > 0)
         middle = inky[:, reach] / 2
         right[part] = (inky[:, reach + 1 :].sum(axis=1) + middle) * _FIT.sample
@@ -231,13 +234,6 @@ def _middle(right: Array, left: Array, centre: Array, half: Array) -> tuple[Arra
     between = (centre + (right - left) / 2) / 2
     offset = np.where(alone, between, np.where(bound, edge, 0.0))
     return np.clip(offset, -_FIT.step, _FIT.step), np.where(alone, 1.0, np.where(bound, _FIT.one_edge, 0.0))
-
-
-def _unbroken_ink(inky: NDArray[np.bool_], middle: int) -> NDArray[np.bool_]:
-    """Where ink reaches without a gap from the middle column, so that a neighbouring line does not pull."""
-    right = np.minimum.accumulate(inky[:, middle:], axis=1)
-    left = np.minimum.accumulate(inky[:, middle::-1], axis=1)[:, ::-1]
-    return np.concatenate([left[:, :-1], right], axis=1)
 
 
 def _solve_places(

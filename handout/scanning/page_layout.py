@@ -184,7 +184,10 @@ def find_gutter(ink: NDArray[np.bool_], dpi: float) -> Gutter | None:
     ink : (h, w) bool
     dpi : pixels per inch.
     """
-    cells = _cells(ink, dpi)
+    side = _GUTTER.cell / 25.4 * dpi
+    y, x = np.nonzero(ink)
+    cells = np.zeros((int(ink.shape[0] / side) + 1, int(ink.shape[1] / side) + 1), dtype=bool)
+    cells[(y / side).astype(np.intp), (x / side).astype(np.intp)] = True
     rows = np.flatnonzero(cells.any(axis=1))
     if not len(rows):
         return None
@@ -197,15 +200,6 @@ def find_gutter(ink: NDArray[np.bool_], dpi: float) -> Gutter | None:
     if min(sides) < _GUTTER.lines:
         return None
     return Gutter(at * _GUTTER.cell, width * _GUTTER.cell, (sides[0], sides[1]))
-
-
-def _cells(ink: NDArray[np.bool_], dpi: float) -> NDArray[np.bool_]:
-    """Whether there is ink in each square millimetre."""
-    side = _GUTTER.cell / 25.4 * dpi
-    y, x = np.nonzero(ink)
-    cells = np.zeros((int(ink.shape[0] / side) + 1, int(ink.shape[1] / side) + 1), dtype=bool)
-    cells[(y / side).astype(np.intp), (x / side).astype(np.intp)] = True
-    return cells
 
 
 def _shear_cells(cells: NDArray[np.bool_], lean: float) -> NDArray[np.bool_]:

@@ -200,19 +200,15 @@ class _Line:
                 inside = self.column[a] == self.column[b]
         piece = _pieces(self.edges[inside], len(self.u))
         holder = np.full(int(piece.max()) + 1, NOBODY)
-        for number in np.flatnonzero(self._lengths(piece, inside) >= _SETTINGS.length):
+        a, b = self.edges[inside].T
+        steps = np.hypot(self.u[a] - self.u[b], self.up[a] - self.up[b])
+        for number in np.flatnonzero(np.bincount(piece[a], steps, minlength=len(holder)) >= _SETTINGS.length):
             holder[number] = self.column[np.argmax(piece == number)]
         for letter, vertex in anchors.items():
             holder[piece[vertex]] = letter
         across = piece[self.edges[~inside]]
         _follow(holder, across)
         return holder[piece]
-
-    def _lengths(self, piece: Indices, inside: NDArray[np.bool_]) -> Array:
-        """Length of the line of each piece."""
-        a, b = self.edges[inside].T
-        steps = np.hypot(self.u[a] - self.u[b], self.up[a] - self.up[b])
-        return np.asarray(np.bincount(piece[a], steps, minlength=int(piece.max()) + 1), dtype=np.float64)
 
     def _free(self, component: NDArray[np.bool_]) -> int:
         """The letter that a component without any letter of its own belongs to: a dot, a bar, an accent, a speck."""

@@ -19,7 +19,6 @@ from scipy.special import ndtr, ndtri
 
 from handout.hand.learnt import learnt
 from handout.hand.measures import body_sizes, mean_x_height
-from handout.hand.scanned import ScannedHand
 from handout.values import Array, Indices
 from handout.writing.forms import Forms, GlyphLine
 
@@ -169,7 +168,11 @@ def measure_spread(forms: Forms) -> InstanceSpread:
     x_height = mean_x_height(hand)
     size = body_sizes(forms.bodies.xy, forms.bodies.radius, forms.bodies.first, x_height)
     groups = [hand.numbers_of_letter(letter) for letter in hand.letters]
-    common = _common_deviation(size, groups, _find_unjoined(hand))
+    unjoined = np.ones(len(hand.glyphs), dtype=bool)
+    for number, glyph in enumerate(hand.glyphs):
+        if glyph.ligatures:
+            unjoined[[number, glyph.after]] = False
+    common = _common_deviation(size, groups, unjoined)
     deviation, low, high = np.tile(common, (len(size), 1)), size - common, size + common
     for numbers in groups:
         middle = np.median(size[numbers], axis=0)
@@ -204,15 +207,6 @@ def _common_deviation(size: Array, groups: Sequence[Indices], free: NDArray[np.b
         return np.array([0.1, 0.06, 0.1, 0.06])
     rough = [1.4826 * np.median(np.abs(sample - np.median(sample, axis=0)), axis=0) for sample in samples]
     return np.asarray(np.percentile(rough, share, axis=0)) + 1e-3
-
-
-def _find_unjoined(hand: ScannedHand) -> NDArray[np.bool_]:
-    """(n,): which glyphs are joined to no other."""
-    joined = np.zeros(len(hand.glyphs), dtype=bool)
-    for number, glyph in enumerate(hand.glyphs):
-        if glyph.ligatures:
-            joined[[number, glyph.after]] = True
-    return ~joined
 
 
 def _shape_difference(forms: Forms, groups: Sequence[Indices]) -> float:

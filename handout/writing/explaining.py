@@ -148,7 +148,9 @@ def choices_sheet(hand: ScannedHand, explained: Sequence[Explained], most: int =
                 draw.rectangle((x + 2, y + 1, x + _WIDE - 2, y + _HIGH - 4), outline=_TAKEN, width=2)
             middle = (x + _WIDE / 2, y + _HIGH - 26)
             colour = _TAKEN if k == place.choice else _GREY
-            draw.text(middle, _costs(place, k), fill=colour, font=small_font, anchor="ma")
+            parts = (place.fit, place.again, place.noise, place.left + place.right)
+            costs = f"{100 * place.total[k]:.0f} = " + " ".join(f"{100 * part[k]:+.0f}" for part in parts)
+            draw.text(middle, costs, fill=colour, font=small_font, anchor="ma")
     return np.asarray(image)
 
 
@@ -156,8 +158,3 @@ def _pick_shown(place: Explained, most: int) -> list[int]:
     """The cheapest candidates, the taken one among them."""
     shown = [int(k) for k in place.order[:most]]
     return shown if place.choice in shown else [*shown[: most - 1], place.choice]
-
-
-def _costs(place: Explained, k: int) -> str:
-    parts = (place.fit, place.again, place.noise, place.left + place.right)
-    return f"{100 * place.total[k]:.0f} = " + " ".join(f"{100 * part[k]:+.0f}" for part in parts)

@@ -86,7 +86,7 @@ def test_they_load_quickly():
 
 def test_ones_own_hand_of_that_name_wins(monkeypatch, tmp_path, small_hand):
     monkeypatch.setattr("handout.shipped.user_folder", lambda name: tmp_path)
-    assert library.own_scanned() == {} and set(NAMES) <= set(library.scanned_hand_files())
+    assert library.own_scanned() == {} and set(NAMES) <= set(library.scanned_files())
     file.save(small_hand, tmp_path / f"{NAMES[0]}.hand")
     assert library.scanned_file(NAMES[0]).parent == tmp_path
     assert not library.comes_with_program(library.scanned_file(NAMES[0]))

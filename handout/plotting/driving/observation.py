@@ -25,7 +25,6 @@ from numpy.typing import NDArray
 from handout.plotting.dialect import Command
 from handout.plotting.driving import fidelity
 from handout.plotting.planning.plan import Plan
-from handout.plotting.planning.toolpath import Toolpath
 from handout.values import Array, Drawing
 
 REST = 0.02  # s; a shorter stop leaves no more ink than a sharp corner
@@ -200,7 +199,11 @@ class Observer:
         begins = np.append(plan.begins, plan.duration)
         low = np.where(row >= 0, plan.starts[row], begins[np.minimum(block, len(rows))])
         high = np.maximum(begins[np.minimum(ahead, len(rows))], low)
-        behind, left = _measure_lengths(toolpath)
+        length = np.hypot(*np.diff(toolpath.points[:, :2], axis=0).T)
+        # mm: length of the path before each move and in all (n + 1,); from each move's start to its stroke's end (n,)
+        behind = np.append(0.0, np.cumsum(length))
+        last = np.append(np.flatnonzero(np.diff(toolpath.stroke) != 0), len(toolpath.kind) - 1)
+        left = behind[last + 1][np.searchsorted(last, np.arange(len(toolpath.kind)))] - behind[:-1]
         delay, before = -np.inf, -1  # that it has at least, of the stroke of the answer before
         for at in np.flatnonzero(stroke >= 0).tolist():
             answer = self._answers[at]
@@ -269,11 +272,3 @@ def _least_delay(least: Array, most: Array) -> Array:
         beside = _BESIDE if grown > (_JOINED * REST if beside > 0 else REST) else beside - 1
         delay[at] = most[at] if grown > 0.0 and beside > 0 else must
     return delay
-
-
-def _measure_lengths(toolpath: Toolpath) -> tuple[Array, Array]:
-    """mm: length of the path before each move and in all (n + 1,); from each move's start to its stroke's end (n,)."""
-    length = np.hypot(*np.diff(toolpath.points[:, :2], axis=0).T)
-    behind = np.append(0.0, np.cumsum(length))
-    last = np.append(np.flatnonzero(np.diff(toolpath.stroke) != 0), len(toolpath.kind) - 1)
-    return behind, np.asarray(behind[last + 1][np.searchsorted(last, np.arange(len(toolpath.kind)))] - behind[:-1])
