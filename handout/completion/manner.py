@@ -176,11 +176,11 @@ class WritingManner:
         return np.asarray(np.exp(-(mean - mean.min()) / SETTINGS.clear))
 
     @lru_cache(maxsize=3)  # noqa: B019 - a manner lives as long as the letters that are made of it
-    def _process(self, hand: int) -> _Process:
-        return _Process([known for known in self._known if known.way.hand == hand])
+    def _process(self, hand: int) -> _GaussianProcess:
+        return _GaussianProcess([known for known in self._known if known.way.hand == hand])
 
 
-class _Process:
+class _GaussianProcess:
     """The Gaussian process of how the forms of one built-in hand are moved."""
 
     def __init__(self, known: Sequence[Known]) -> None:
@@ -306,7 +306,7 @@ def _measure_manner(hand: ScannedHand) -> Array:
     kept = [_measure_spread(varying)]
     for number in sorted({known.way.hand for known in seen}):
         which = [k for k, known in enumerate(seen) if known.way.hand == number]
-        learned = _Process([seen[k] for k in which]).learn_weights(np.concatenate([moved[k] for k in which]))
+        learned = _GaussianProcess([seen[k] for k in which]).learn_weights(np.concatenate([moved[k] for k in which]))
         kept += [_pack_known(replace(seen[k], weights=weights)) for k, weights in zip(which, learned, strict=True)]
     return np.asarray(np.round(np.concatenate(kept), _DIGITS), dtype=np.float64)
 

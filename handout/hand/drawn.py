@@ -164,7 +164,7 @@ class _Entry(msgspec.Struct, forbid_unknown_fields=True):
     lift: float = 0.0
 
 
-class _File(msgspec.Struct, forbid_unknown_fields=True):
+class _DrawnFile(msgspec.Struct, forbid_unknown_fields=True):
     name: str
     title: str
     slant: float
@@ -191,7 +191,7 @@ def read_drawn_hand(path: Path) -> Hand:
         Not TOML, an unknown key, an entry that is not defined, or points that are not numbers.
     """
     try:
-        file = msgspec.convert(load_table(path, "a drawn hand"), _File)
+        file = msgspec.convert(load_table(path, "a drawn hand"), _DrawnFile)
     except msgspec.ValidationError as error:
         raise InputError(f"{path}: cannot be read as a drawn hand: {error}.") from error
     for key, (least, greatest) in _BOUNDS.items():
@@ -265,13 +265,13 @@ def _glyph(letter: str, number: int, form: _Form, strokes: list[Array], breadth:
     )
 
 
-def _letter(file: _File, letter: str) -> tuple[Glyph, ...]:
+def _letter(file: _DrawnFile, letter: str) -> tuple[Glyph, ...]:
     return tuple(
         glyph for number, form in enumerate(file.letters[letter]) for glyph in _derive(letter, number, form, file)
     )
 
 
-def _derive(letter: str, number: int, form: _Form, file: _File) -> Iterator[Glyph]:
+def _derive(letter: str, number: int, form: _Form, file: _DrawnFile) -> Iterator[Glyph]:
     """Every glyph that follows from one drawn form."""
     pen = _points(form.pen, file.breadth)
     if not pen:
@@ -292,7 +292,7 @@ def _derive(letter: str, number: int, form: _Form, file: _File) -> Iterator[Glyp
             yield from _end_forms(replace(glyph, places=glyph.places & _LAST_PLACES), form, file)
 
 
-def _ways_in(letter: str, form: _Form, file: _File) -> Iterator[tuple[str, Array, float, bool]]:
+def _ways_in(letter: str, form: _Form, file: _DrawnFile) -> Iterator[tuple[str, Array, float, bool]]:
     """(kind of entry, points before the form's own, reluctance to lift, only inside a word)."""
     if form.in_ in ("low", "high", "lifted", "free"):
         yield form.in_, np.empty((0, 2)), 0.0, False
@@ -308,7 +308,7 @@ def _ways_in(letter: str, form: _Form, file: _File) -> Iterator[tuple[str, Array
             yield kind, points[0] if points else np.empty((0, 2)), cost, kind != "lifted"
 
 
-def _end_forms(glyph: Glyph, form: _Form, file: _File) -> Iterator[Glyph]:
+def _end_forms(glyph: Glyph, form: _Form, file: _DrawnFile) -> Iterator[Glyph]:
     """The forms of a joining letter at the end of a word: its exit is shortened, or as `end`, `cut` say."""
     last = glyph.last_main
     body, tip = glyph.strokes[last], glyph.strokes[last][-1]
@@ -324,7 +324,7 @@ def _end_forms(glyph: Glyph, form: _Form, file: _File) -> Iterator[Glyph]:
         yield replace(glyph, strokes=strokes, width=glyph.width + wider)
 
 
-def _tails(body: Array, form: _Form, file: _File) -> list[Array]:
+def _tails(body: Array, form: _Form, file: _DrawnFile) -> list[Array]:
     """Where the last stroke of a word may end: points that replace its last one."""
     tip = body[-1]
     if form.end:

@@ -54,7 +54,7 @@ class _Version(msgspec.Struct):
     format: int
 
 
-class _Page(msgspec.Struct, forbid_unknown_fields=True):
+class _PageHead(msgspec.Struct, forbid_unknown_fields=True):
     source: str
     transcript: str
     dpi: float
@@ -68,11 +68,11 @@ class _Page(msgspec.Struct, forbid_unknown_fields=True):
     texture: tuple[int, int]
 
 
-class _File(msgspec.Struct, forbid_unknown_fields=True):
+class _HandHead(msgspec.Struct, forbid_unknown_fields=True):
     format: int
     name: str
     title: str
-    pages: list[_Page]
+    pages: list[_PageHead]
     letters: list[str]
 
 
@@ -248,7 +248,7 @@ def _hand_parts(hand: ScannedHand, packed: bool, drawn: Sequence[bool] = ()) -> 
 
     Ink that a person painted is packed less tightly: somebody waits for it.
     """
-    facts = _File(FORMAT, hand.name, hand.title, [_facts(p) for p in hand.pages], [g.letter for g in hand.glyphs])
+    facts = _HandHead(FORMAT, hand.name, hand.title, [_facts(p) for p in hand.pages], [g.letter for g in hand.glyphs])
     parts: dict[str, Content] = {"hand.json": facts}
     parts |= _glyph_arrays(hand.glyphs)
     for number, page in enumerate(hand.pages):
@@ -329,7 +329,7 @@ def _hand(archive: Archive, path: Path, data: bytes | None) -> ScannedHand:
     journal, earlier = _journal(archive, path)
     folders = _folders(journal.made)
     archive.look_in(folders)
-    facts = archive.json("hand.json", _File)
+    facts = archive.json("hand.json", _HandHead)
     pictures = _Pictures(path, data, folders)
     try:
         pages = tuple(_page(archive, pictures, number, page) for number, page in enumerate(facts.pages))
@@ -378,8 +378,8 @@ def _check_known(archive: Archive, path: Path) -> None:
         raise InputError(f"{path} is of format {version} and this program knows format {FORMAT}: {way}.")
 
 
-def _facts(page: ScannedPage) -> _Page:
-    return _Page(
+def _facts(page: ScannedPage) -> _PageHead:
+    return _PageHead(
         source=page.source,
         transcript=page.transcript,
         dpi=page.dpi,
@@ -394,7 +394,7 @@ def _facts(page: ScannedPage) -> _Page:
     )
 
 
-def _page(archive: Archive, pictures: _Pictures, number: int, facts: _Page) -> ScannedPage:
+def _page(archive: Archive, pictures: _Pictures, number: int, facts: _PageHead) -> ScannedPage:
     folder = f"pages/{number}/"
     dismissed = folder + "dismissed.npy"
     uv = _sums(archive.array(folder + "uv.npy", "int32", None, 2)) / _UV

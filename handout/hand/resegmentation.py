@@ -65,7 +65,7 @@ class _Pen:
 
 
 @dataclass(frozen=True, eq=False)
-class _Window:
+class _ChangedWindow:
     """A part of a page.  before, after : (h, w) its ink."""
 
     pen: _Pen
@@ -83,7 +83,7 @@ class _Window:
     def changed_mask(self) -> NDArray[np.bool_]:
         return np.asarray(self.before != self.after)
 
-    def cut_to_changes(self, room: int) -> _Window:
+    def cut_to_changes(self, room: int) -> _ChangedWindow:
         """The part of it where something changed, with `room` pixels around."""
         y, x = np.nonzero(self.changed_mask)
         top, left = max(int(y.min()) - room, 0), max(int(x.min()) - room, 0)
@@ -91,7 +91,9 @@ class _Window:
         here = slice(top, low), slice(left, right)
         before, after = self.before[here], self.after[here]
         (x0, y0), (height, width) = self.corner, before.shape
-        return _Window(self.pen, slice(y0 + top, y0 + top + height), slice(x0 + left, x0 + left + width), before, after)
+        return _ChangedWindow(
+            self.pen, slice(y0 + top, y0 + top + height), slice(x0 + left, x0 + left + width), before, after
+        )
 
 
 def with_ink(
@@ -145,7 +147,7 @@ def _segment_around(
 
 def _window(
     page: ScannedPage, pen: _Pen, cover: Cover, sides: Indices, segment: Segment, held: Array
-) -> _Window | None:
+) -> _ChangedWindow | None:
     """What becomes of a part of the page; `sides` are its top, left, bottom and right, as far as there is a page."""
     from handout.scanning.scribbles import PageWindow
 
@@ -164,10 +166,10 @@ def _window(
     stays = ink & _grow_mask(stays, pen.half)
     seen = PageWindow(rgb, ink, pen.colour_on(rgb[~ink]), pen.half, page.x_height / page.pixel, stays)
     after = segment(seen, scribble)
-    return None if after is None else _Window(pen, rows, columns, ink, after)
+    return None if after is None else _ChangedWindow(pen, rows, columns, ink, after)
 
 
-def _find_touched_sides(window: _Window, shape: tuple[int, int], near: int) -> NDArray[np.bool_]:
+def _find_touched_sides(window: _ChangedWindow, shape: tuple[int, int], near: int) -> NDArray[np.bool_]:
     """(4,) whether what changed comes as near the top, left, bottom and right of a window, where the page goes on."""
     changed, (rows, columns) = window.changed_mask, (window.rows, window.columns)
     return np.array(
@@ -180,7 +182,7 @@ def _find_touched_sides(window: _Window, shape: tuple[int, int], near: int) -> N
     )
 
 
-def _with_lines(page: ScannedPage, window: _Window) -> tuple[ScannedPage, Indices]:
+def _with_lines(page: ScannedPage, window: _ChangedWindow) -> tuple[ScannedPage, Indices]:
     """The page with the line of what changed: vertices that still lie on a line stay."""
     from scipy.spatial import cKDTree
 
@@ -219,7 +221,7 @@ def _splice_graphs(graph: LineGraph, new: LineGraph, fresh: NDArray[np.bool_], a
     return LineGraph(xy, radius, density, uv, np.concatenate([graph.edges, edges]))
 
 
-def _line(page: ScannedPage, window: _Window) -> LineGraph:
+def _line(page: ScannedPage, window: _ChangedWindow) -> LineGraph:
     """The line of a window's ink, places in pixels of the page's picture."""
     from handout.scanning.density import Density, Scale
     from handout.scanning.line_graph import find_line_graph
@@ -241,7 +243,7 @@ def _line(page: ScannedPage, window: _Window) -> LineGraph:
     return LineGraph((uv + 0.5) * page.pixel, found.radius, found.density, uv, found.edges)
 
 
-def _with_matte(page: ScannedPage, window: _Window) -> ScannedPage:
+def _with_matte(page: ScannedPage, window: _ChangedWindow) -> ScannedPage:
     """The page with the ink of a window as the scan has it, where that changed."""
     from handout.scanning.matting import fill_textured, least_opaque
 

@@ -112,7 +112,7 @@ def load(
         raise InputError(
             f"{name} is {len(source)} characters long; letters have {MOST_TEXT} at most: write it in parts."
         )
-    letter = _Reader(name, folder, alone).letter(source)
+    letter = _LetterReader(name, folder, alone).letter(source)
     if alone:
         _check_alone(letter)
     return letter
@@ -161,7 +161,7 @@ class _Given:
 
 
 @dataclass
-class _Reader:
+class _LetterReader:
     """Reads one letter.
 
     line : of the source that is being read; verse : whether every line of the source is a line of the letter.

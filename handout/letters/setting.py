@@ -67,7 +67,7 @@ def set_letter(
 
 
 @dataclass(frozen=True)
-class _Run:
+class _MarkedRun:
     """Glyphs of neighbouring words of a row under or through which something is drawn.
 
     left, right : its ends, mm; most : how far what is drawn may go on; last : the word that it ends with.
@@ -179,7 +179,7 @@ class _Placing:
             x += word.word.advance * scale
         runs = list(_find_marked(segment.words, starts, scale))
         numbers = []
-        marks: list[tuple[_Run, int]] = []
+        marks: list[tuple[_MarkedRun, int]] = []
         for i in range(len(segment.words)):
             numbers.append(self._take())
             marks += [(run, self._take()) for run in runs if run.last == i]
@@ -254,7 +254,7 @@ def _place_strokes(strokes: Sequence[Array], number: int, at: int, to_page: ToPa
     return Placed(mark, tuple(map(to_page, strokes)), joined=False, word=number, at=at)
 
 
-def _find_marked(words: Sequence[LetterWord], starts: Sequence[float], scale: float) -> Iterator[_Run]:
+def _find_marked(words: Sequence[LetterWord], starts: Sequence[float], scale: float) -> Iterator[_MarkedRun]:
     """The runs of a row that are underlined, then those that are struck out."""
     for what in (lambda manner: manner.underline, lambda manner: "struck" if manner.struck else ""):
         glyphs = [
@@ -269,7 +269,7 @@ def _find_marked(words: Sequence[LetterWord], starts: Sequence[float], scale: fl
                 right = max(glyph[3] for glyph in some)
                 behind = starts[last + 1] + scale * words[last + 1].word.left if last + 1 < len(words) else np.inf
                 most = min(right + 0.6 * (behind - right), behind - 0.2 * scale)
-                yield _Run(kind, min(glyph[2] for glyph in some), right, most, last)
+                yield _MarkedRun(kind, min(glyph[2] for glyph in some), right, most, last)
 
 
 def _text(words: Sequence[LetterWord]) -> str:

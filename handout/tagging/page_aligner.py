@@ -77,7 +77,7 @@ class _Touched:
 
 
 @dataclass(frozen=True, eq=False)
-class _Window:
+class _LineWindow:
     """Part of a line: letters `first` up to `stop` of its text, and between which pixels of its strip they lie.
 
     fixed, free : of its letters those that keep their ink, and those that get it anew.
@@ -276,7 +276,7 @@ class PageAligner:
         return found
 
     def _decode_window(
-        self, line: int, text: TranscriptLine, held: Mapping[int, Held], window: _Window
+        self, line: int, text: TranscriptLine, held: Mapping[int, Held], window: _LineWindow
     ) -> list[Decoded]:
         """The window laid along what each network reads there, and last along what they read together."""
         begin, end = int(np.ceil(window.left / STEP)), int(window.right / STEP)
@@ -290,7 +290,9 @@ class PageAligner:
         found = (decode(_part(reading, begin, end), letters, self._widths, inside) for reading in self._read_line(line))
         return [replace(one, left=one.left + away, right=one.right + away) for one in found]
 
-    def _assign_ink(self, aligned: AlignedLine, closed: Sequence[ScannedGlyph], window: _Window) -> dict[int, Indices]:
+    def _assign_ink(
+        self, aligned: AlignedLine, closed: Sequence[ScannedGlyph], window: _LineWindow
+    ) -> dict[int, Indices]:
         """Letter → its vertices, of a window; `closed` keep theirs, and letters that are not `present` get none."""
         graph, open_ = self._page.graph, self._line_of == aligned.number
         open_[self._page.dismissed] = False
@@ -405,7 +407,7 @@ def _are_alike(one: ScannedGlyph | None, other: ScannedGlyph | None) -> bool:
 
 def _window(
     strip: LineStrip, text: TranscriptLine, held: Mapping[int, Held], touched: Sequence[_Touched]
-) -> _Window | None:
+) -> _LineWindow | None:
     """Whole words of a line around what was touched, one more on either side; None where there is no room."""
     near = _letters_near(strip, text, held, touched)
     if not near:
@@ -416,7 +418,7 @@ def _window(
     first, stop = spaces[max(begin - 1, 0)] + 1, spaces[min(end + 1, len(spaces) - 1)]
     left = max((hold.right for i, hold in held.items() if i < first), default=0.0)
     right = min((hold.left for i, hold in held.items() if i >= stop), default=float(strip.image.shape[1]))
-    return _Window(first, stop, left, right) if right - left > 2 * STEP else None
+    return _LineWindow(first, stop, left, right) if right - left > 2 * STEP else None
 
 
 def _letters_near(
@@ -430,8 +432,8 @@ def _letters_near(
 
 
 def _divide_window(
-    text: TranscriptLine, held: Mapping[int, Held], window: _Window, best: Decoded, drafts: Drafts
-) -> _Window:
+    text: TranscriptLine, held: Mapping[int, Held], window: _LineWindow, best: Decoded, drafts: Drafts
+) -> _LineWindow:
     """The window with which of its letters keep their ink: those that are confirmed, or lie where they lay."""
     fixed: list[int] = []
     free: list[int] = []

@@ -138,7 +138,7 @@ def changes(
 
 
 @dataclass(frozen=True, eq=False)
-class _Ink:
+class _PlacedInk:
     """A glyph, and the places of its vertices in sixteenths of a pixel, as a file keeps them."""
 
     glyph: ScannedGlyph
@@ -159,12 +159,14 @@ def _find_unmoved(before: ScannedHand, after: ScannedHand) -> set[tuple[int, int
     return unmoved
 
 
-def _inks(hand: ScannedHand, unmoved: set[tuple[int, int]]) -> dict[tuple[int, int], _Ink]:
+def _inks(hand: ScannedHand, unmoved: set[tuple[int, int]]) -> dict[tuple[int, int], _PlacedInk]:
     """The glyphs by page and number in the text, without those that have not moved."""
     glyphs = [glyph for glyph in hand.glyphs if glyph.at >= 0 and (glyph.page, glyph.at) not in unmoved]
     uv = [page.graph.uv for page in hand.pages]
     return {
-        (g.page, g.at): _Ink(g, frozenset((x, y) for x, y in np.rint(uv[g.page][g.vertices] * 16).astype(int).tolist()))
+        (g.page, g.at): _PlacedInk(
+            g, frozenset((x, y) for x, y in np.rint(uv[g.page][g.vertices] * 16).astype(int).tolist())
+        )
         for g in glyphs
     }
 

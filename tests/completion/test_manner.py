@@ -37,8 +37,8 @@ def learned(letters, change):
     """A process of letters of the first built-in hand, whose places are all moved by `change`."""
     each = [known(x, 0, change(ways.way(x, 0).xy[:: manner._APART])) for x in letters]
     forms = [one for one, _ in each]
-    weights = manner._Process(forms).learn_weights(np.concatenate([moved for _, moved in each]))
-    return manner._Process([replace(one, weights=w) for one, w in zip(forms, weights, strict=True)])
+    weights = manner._GaussianProcess(forms).learn_weights(np.concatenate([moved for _, moved in each]))
+    return manner._GaussianProcess([replace(one, weights=w) for one, w in zip(forms, weights, strict=True)])
 
 
 def test_a_letter_that_is_lacking_leans_and_rises_as_the_others_do():

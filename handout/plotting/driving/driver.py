@@ -182,7 +182,7 @@ def draw(
             monitor.log(sentence)
         if instrumented is not None:
             instrumented.lay(plan.drawing.page, plan.placement)
-    stream = _Stream(plan, controller, monitor, port, instrumented)
+    stream = _CommandStream(plan, controller, monitor, port, instrumented)
     before = time.monotonic() if instrumented is None else instrumented.executed_s
     try:
         with halting(controller), _few_garbage():
@@ -216,7 +216,7 @@ def _few_garbage() -> Iterator[None]:
         gc.unfreeze()
 
 
-class _Stream:
+class _CommandStream:
     """A program under way."""
 
     def __init__(
@@ -299,7 +299,7 @@ def _strokes(plan: Plan) -> Array:
     return np.array([-1, *(drawn[row] if block is None else -1 for block, row in plan.toolpath.instructions)])
 
 
-def _report(stream: _Stream, instrumented: InstrumentedPort | None, before: float, fresh: bool) -> PlotReport:
+def _report(stream: _CommandStream, instrumented: InstrumentedPort | None, before: float, fresh: bool) -> PlotReport:
     plan, stretched = stream.plan, stream.plan.stretched
     observation = stream.observer.observation(stream.controller.silent)
     if instrumented is not None:

@@ -113,7 +113,7 @@ def run_job(
         be made.
     """
     with job.open() as journal:
-        run = _Run(job, journal, supply, person, progress, plotted, log or (lambda _: None), options.reached)
+        run = _JobRun(job, journal, supply, person, progress, plotted, log or (lambda _: None), options.reached)
         at_zero = options.at_zero
         run.ask_to_look()
         while not run.is_done():
@@ -144,7 +144,7 @@ def doubt(job: PlotJob) -> str:
     )
 
 
-class _Run:
+class _JobRun:
     """One program's work on a job."""
 
     def __init__(

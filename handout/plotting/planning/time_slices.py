@@ -158,7 +158,7 @@ def travel(begin: Array, end: Array, profile: Plotter) -> list[Timed]:
 
 
 @dataclass(frozen=True, eq=False)
-class _Run:
+class _TravelSlices:
     """A travel in slices: where each ends, (n, 2) mm; how long it takes, (n,) s; speeds where they meet, (n + 1,)."""
 
     points: Array
@@ -166,10 +166,10 @@ class _Run:
     speed: Array
 
 
-def _travel(begin: Array, end: Array, profile: Plotter, fastest: float) -> _Run:
+def _travel(begin: Array, end: Array, profile: Plotter, fastest: float) -> _TravelSlices:
     length = float(np.hypot(*(end - begin)))
     if length == 0.0:
-        return _Run(np.zeros((0, 2)), np.zeros(0), np.zeros(1))
+        return _TravelSlices(np.zeros((0, 2)), np.zeros(0), np.zeros(1))
     machine, unit = motion_limits(profile), (end - begin) / length
     motor = machine.motor / float(np.abs(machine.mix @ unit).max())
     most = min(fastest, motor, (machine.acceleration * length) ** 0.5)
@@ -187,7 +187,7 @@ def _travel(begin: Array, end: Array, profile: Plotter, fastest: float) -> _Run:
     travelled = np.cumsum(np.array(took) * 0.5 * (np.array(speed[1:]) + np.array(speed[:-1])))
     points = begin + unit * travelled[:, None]
     points[-1] = end
-    return _Run(points, np.array(took) / _MS, np.array(speed) * _MS)
+    return _TravelSlices(points, np.array(took) / _MS, np.array(speed) * _MS)
 
 
 def _motion(toolpath: Toolpath, profile: Plotter) -> tuple[Toolpath, Motion]:
@@ -211,7 +211,7 @@ def _motion(toolpath: Toolpath, profile: Plotter) -> tuple[Toolpath, Motion]:
     return toolpath, Motion(entry, leave, np.maximum(entry, leave), acceleration, length, took)
 
 
-def _slice_travels(toolpath: Toolpath, runs: dict[int, _Run]) -> Toolpath:
+def _slice_travels(toolpath: Toolpath, runs: dict[int, _TravelSlices]) -> Toolpath:
     """The toolpath with every travel in as many moves as its run has."""
     many = np.ones(len(toolpath.kind), dtype=int)
     for row, run in runs.items():
