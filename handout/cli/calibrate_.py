@@ -200,7 +200,7 @@ def verify(
 @command.command()
 @click.option("--printer", default="", help="Only of this printer.")
 @click.option("--paper", default="", help="Only of this paper.")
-@click.option("--json", "as_json", is_flag=True, help="One JSON object on standard output.")
+@options.as_json
 def show(printer: str, paper: str, as_json: bool) -> None:
     """The stored calibrations, the newest first; the first of a printer and paper is the one that is used.
 
