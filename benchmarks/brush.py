@@ -23,10 +23,10 @@ from numpy.typing import NDArray
 
 from handout.chains import viterbi
 from handout.inking.brush import brushes
-from handout.inking.brush.painting import Sized, bends, lay, spread
+from handout.inking.brush.painting import Sized, bends, lay, spread_places
 from handout.inking.brush.photographs import PhotographedStroke, find_strokes
 from handout.inking.brush.ribbon import SEGMENTS, SPAN, Ribbon, straighten_stroke
-from handout.inking.brush.synthesis import WITHIN, Library, SegmentChooser, repeated
+from handout.inking.brush.synthesis import WITHIN, Library, SegmentChooser, count_since_same
 from handout.scanning.picture_files import read_picture
 from handout.values import Array, Indices
 
@@ -43,7 +43,7 @@ def wave(length: float, width: float, bent: float = 1.0) -> Array:
     x = np.linspace(0, length, 1000)
     line = np.stack([x, bent * 0.7 * width * np.sin(x / (1.6 * width))], axis=1) + 4 * width
     long = float(np.linalg.norm(np.diff(line, axis=0), axis=1).sum())
-    return spread(line, round(long / width * SEGMENTS))
+    return spread_places(line, round(long / width * SEGMENTS))
 
 
 def targets(library: Library, rng: np.random.Generator) -> list[Array]:
@@ -68,7 +68,7 @@ def seams(library: Library, rows: Sequence[Indices]) -> float:
     total = np.zeros(2)
     for row in rows:
         at = sized.joints(row) * sized.columns
-        for k, ink in enumerate((sized.quilted(row), sized.hard(row))):
+        for k, ink in enumerate((sized.quilt_segments(row), sized.hard(row))):
             total[k] += float(((ink[:, at] - ink[:, at - 1]) ** 2).sum())
     return float(total[0] / total[1])
 
@@ -121,7 +121,7 @@ def timing(library: Library) -> tuple[float, float, float]:
         clock = [time.process_time()]
         row = chooser.row(bends(line))
         clock.append(time.process_time())
-        ink = sized.quilted(row)
+        ink = sized.quilt_segments(row)
         clock.append(time.process_time())
         lay(canvas, ink, line, np.full(len(line), _HALF))
         took.append(np.diff([*clock, time.process_time()]))
@@ -161,19 +161,19 @@ def kept_out(found: dict[int, PhotographedStroke], library: Library) -> None:
     for number in KEPT_OUT:
         ribbon, line, half = straighten_stroke(found[number])
         long = float(np.linalg.norm(np.diff(line, axis=0), axis=1).sum())
-        places = spread(line, max(6, round(long / (2 * half) * SEGMENTS)))
+        places = spread_places(line, max(6, round(long / (2 * half) * SEGMENTS)))
         sized = Sized.fitting(library, 2 * half)
-        ink = sized.quilted(chooser.row(bends(places)))
+        ink = sized.quilt_segments(chooser.row(bends(places)))
         rim = round(half)  # so that no stroke ends at the border of its picture
         canvas = np.zeros((*(size + 2 * rim for size in found[number].density.shape), 4), dtype=np.uint8)
         lay(canvas, ink, places + rim, np.full(len(places), half))
-        alpha = ribbon.premultiplied[..., 3]
+        alpha = ribbon.premultiplied_ink[..., 3]
         real.append((paper(alpha), streaks(alpha, ribbon.columns)))
         made.append((paper(ink[..., 3]), streaks(ink[..., 3], sized.columns)))
         key.append(bool(rng.random() < 0.5))
         tiles.append(beside(found[number], ribbon, canvas, rim, key[-1], int(rng.integers(4))))
     sources = library.ribbons[::2]
-    given = [(paper(a), streaks(a, r.columns)) for r in sources for a in [r.premultiplied[..., 3]]]
+    given = [(paper(a), streaks(a, r.columns)) for r in sources for a in [r.premultiplied_ink[..., 3]]]
     papers = [float(np.mean([each[0] for each in group])) for group in (made, given, real)]
     print(f"paper: painted {papers[0]:.3f}, strokes learned from {papers[1]:.3f}, kept out {papers[2]:.3f}")
     pooled = [np.concatenate([each[1] for each in group]) for group in (made, given, real)]
@@ -217,7 +217,9 @@ def report(library: Library) -> None:
     rows = [library.row(each) for each in costs]
     print(f"seams: quilted {seams(library, rows):.3f} of cut hard")
     chooser = SegmentChooser(library, np.random.default_rng(5))
-    again = np.concatenate([repeated(library.same[chooser.row(np.zeros(len(row)))]) <= WITHIN for row in rows])
+    again = np.concatenate(
+        [count_since_same(library.segment_numbers[chooser.row(np.zeros(len(row)))]) <= WITHIN for row in rows]
+    )
     print(f"repeats within {WITHIN} segments: {again.mean():.4f}")
     print(f"cover of the outline: {cover():.5f}")
     choose, quilt, put = timing(library)
@@ -231,7 +233,7 @@ def main() -> None:
     if "HANDOUT_DATA" in os.environ:
         found = page_strokes(Path(os.environ["HANDOUT_DATA"]) / "strokes" / "drybrush" / "page.jpg")
         learned = [straighten_stroke(stroke, _FINEST)[0] for n, stroke in found.items() if n not in KEPT_OUT]
-        library = Library.of(learned)
+        library = Library.from_ribbons(learned)
         print("eight strokes of the page")
         report(library)
         kept_out(found, library)

@@ -21,7 +21,7 @@ from handout.colour.chart import chart as calibration_chart
 from handout.colour.chart_files import render
 from handout.colour.models import fit, splines
 from handout.colour.patches import Patches
-from handout.colour.reading import read
+from handout.colour.reading import read_scans
 from handout.colour.reading.scan_files import ChartScan
 from handout.colour.table import ColourTable, apply, build
 from handout.simulated.printer import Flatbed, Inkjet
@@ -83,7 +83,7 @@ def wanted(printer: Printer) -> tuple[Array, Array]:
 def whole_way() -> None:
     """The chart printed by the simulated inkjet, scanned by the simulated flatbed and read; colours as above."""
     inkjet = Inkjet()
-    sheet = inkjet.printed(render(calibration_chart("A4").pages[0], 300), 300, None, np.random.default_rng(3))
+    sheet = inkjet.print_page(render(calibration_chart("A4").pages[0], 300), 300, None, np.random.default_rng(3))
     rng = np.random.default_rng(0)
     colours = inkjet.scan_patches(rng.random((1000, 3)))
     greys = inkjet.scan_patches(np.repeat(rng.random((300, 1)), 3, axis=1))
@@ -96,7 +96,7 @@ def whole_way() -> None:
     ):
         picture = flatbed.scan(sheet, dpi, np.random.default_rng(5))
         begin = time.process_time()
-        reading = read([ChartScan(picture, (dpi, dpi), name)])
+        reading = read_scans([ChartScan(picture, (dpi, dpi), name)])
         middle = time.process_time()
         table = build(fit(Patches(reading.device, reading.scanned, reading.deviation)))
         end = time.process_time()
@@ -178,7 +178,7 @@ def apart(one: Array, other: Array) -> str:
 
 def printer_of(device: Array, scan: Array) -> Printer:
     """A real chart as a printer: an exact spline through all its patches, repeats averaged."""
-    ready = splines.merged(device, scan, np.ones(len(device)))
+    ready = splines.merge_close_rows(device, scan, np.ones(len(device)))
     return splines.exact(ready.x, ready.y)
 
 
@@ -213,7 +213,7 @@ def kept_out(x: Array, y: Array, variance: float, exact: bool) -> Array:
     out = np.empty_like(y)
     for number in range(FOLDS):
         known = fold != number
-        ready = splines.merged(x[known], y[known], np.full(int(known.sum()), variance))
+        ready = splines.merge_close_rows(x[known], y[known], np.full(int(known.sum()), variance))
         if exact:
             made = splines.exact(ready.x, ready.y)
         else:

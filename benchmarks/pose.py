@@ -231,7 +231,11 @@ def sizes() -> None:
     enriched = join_strokes([*parts, *((r[0], {k: np.interp(r[1], np.arange(len(v)), v) for k, v in ch.items()})
                                  for r, ch in ((resample_path(xy, 1.0), ch) for xy, ch in larger))], many)  # fmt: skip
     for count in (10, 150, len(parts), 1000):
-        stock = many.chosen(range(count)) if count <= len(parts) else enriched.chosen(range(min(count, 1000)))
+        stock = (
+            many.choose_strokes(range(count))
+            if count <= len(parts)
+            else enriched.choose_strokes(range(min(count, 1000)))
+        )
         r, length, ms = _quality(PoseModel(stock), "n2")
         note = "" if count <= len(parts) else " (enriched by scaled ones)"
         print(f"  {len(stock.lengths):4} strokes{note}, {len(stock.xy):6} samples: r with the truth {r:.3f}, "

@@ -61,7 +61,7 @@ def _spread(values: list[float]) -> str:
 
 def _shape_snr(stroke: Stroke, plan: LognormalPlan) -> float:
     t = np.linspace(float(plan.onset[0]) - 0.1, plan.end + 0.3, 1600)
-    return snr(resample_path(stroke.xy, 400), resample_path(plan.at(t), 400))
+    return snr(resample_path(stroke.xy, 400), resample_path(plan.position_at(t), 400))
 
 
 def _tables(what: str, strokes: list[Stroke]) -> None:

@@ -21,7 +21,7 @@ from handout.colour.ink_match import match
 from handout.colour.models import fit
 from handout.colour.patches import Patches
 from handout.colour.pen_lines import density_of
-from handout.colour.reading import ChartScan, read
+from handout.colour.reading import ChartScan, read_scans
 from handout.colour.reading.pen_field import Scribble
 from handout.colour.table import ColourTable, apply, build
 from handout.hand.library import find
@@ -105,15 +105,15 @@ def amount(model: str, text: str, size: str, seed: int) -> NDArray[np.float32]:
 def calibrated(flatbed: Flatbed, paper: str, inks: dict[str, Ink]) -> dict[str, tuple[Scribble, ColourTable]]:
     """For every ink what was read of a chart on whose frame it was written, and the table."""
     first = chart("A4").pages[0]
-    sheet = Inkjet(paper).printed(render(first, DPI), DPI)
+    sheet = Inkjet(paper).print_page(render(first, DPI), DPI)
     readings, colours = dict[str, tuple[Scribble, ColourTable]](), None
     for number, (ink, (model, lobes)) in enumerate(inks.items()):
         small = amount(model, FRAME, "118x20mm", 100 + number)
         rows = np.flatnonzero(small.max(axis=1) > 0.3)
         small = small[max(0, rows[0] - 12) :]
-        written = pen.written(sheet, first.scribble_field, small, FINE, spectrum(lobes))
+        written = pen.write_on_sheet(sheet, first.scribble_field, small, FINE, spectrum(lobes))
         picture = flatbed.scan(written, DPI, np.random.default_rng(number))
-        reading = read([ChartScan(picture, (DPI, DPI), ink)])
+        reading = read_scans([ChartScan(picture, (DPI, DPI), ink)])
         if colours is None:
             colours = build(fit(Patches(reading.device, reading.scanned, reading.deviation)))
         assert first.scribble_field is not None and reading.scribble is not None, f"{ink}: nothing found in the frame"

@@ -113,7 +113,7 @@ def scanned(
             choice = row.answers.index(options[row.number - 1]) if options else int(rng.integers(len(row.answers)))
             doings.append(participant.doing(who, choice, len(row.answers), SLIPS, rng))
         printer = Inkjet(str(rng.choice(["white", "cream", "recycled"])))
-        sheet = printer.printed(drawn_page(Path("sheets.pdf"), pdf[1] + at, printed_dpi, pdf[0]), printed_dpi)
+        sheet = printer.print_page(drawn_page(Path("sheets.pdf"), pdf[1] + at, printed_dpi, pdf[0]), printed_dpi)
         bed, dpi = scanner(rng, often)
         picture = np.asarray(bed.scan(participant.filled(sheet, rows, doings, who, rng), dpi, rng), dtype=np.uint8)
         yield Scanned(picture, record, doings)

@@ -77,7 +77,7 @@ def on_paper(each: Sequence[MovementSequence]) -> tuple[Array, Array]:
 
 def agreement(model: DynamicsModel, judged: Sequence[MovementSequence]) -> tuple[float, float]:
     """r of θ and Δt with what the model expects."""
-    found = [model.expected(s) for s in judged]
+    found = [model.predict_means(s) for s in judged]
     bend = [(e[~s.up, 1], s.theta[~s.up]) for e, s in zip(found, judged, strict=True)]
     late = [(e[~s.up & ~s.starts, 0], s.dt[~s.up & ~s.starts]) for e, s in zip(found, judged, strict=True)]
     theta, dt = (np.concatenate([np.column_stack(pair) for pair in each]) for each in (bend, late))

@@ -32,13 +32,13 @@ _RESERVED = re.compile(r"(con|prn|aux|nul|com[0-9¹²³]|lpt[0-9¹²³])\s*(\..*
 
 
 @contextlib.contextmanager
-def together() -> Iterator[Callable[[Path], contextlib.AbstractContextManager[BinaryIO]]]:
-    """What opens files as `opened` does, none of which is in its place before the whole block ends without an error.
+def open_together() -> Iterator[Callable[[Path], contextlib.AbstractContextManager[BinaryIO]]]:
+    """What opens files as `open_file` does, none of which is in its place before the whole block ends without an error.
 
     Raises
     ------
     InputError
-        As `opened`, of any of them; none has been changed then.
+        As `open_file`, of any of them; none has been changed then.
     """
     made = list[tuple[Path, Path]]()  # temporary files, and their places
 
@@ -75,7 +75,7 @@ def together() -> Iterator[Callable[[Path], contextlib.AbstractContextManager[Bi
 
 
 @contextlib.contextmanager
-def opened(path: Path) -> Iterator[BinaryIO]:
+def open_file(path: Path) -> Iterator[BinaryIO]:
     """A stream into a temporary file beside `path`, renamed into place when the block ends without an error.
 
     After that the file survives a power cut.
@@ -89,7 +89,7 @@ def opened(path: Path) -> Iterator[BinaryIO]:
     InputError
         The folder does not exist or is not writable, or a link leads in a circle; nothing has been changed then.
     """
-    with together() as opening, opening(path) as stream:
+    with open_together() as opening, opening(path) as stream:
         yield stream
 
 
@@ -128,13 +128,13 @@ def write(path: Path, data: bytes) -> None:
     InputError
         The folder does not exist or is not writable; nothing has been changed then.
     """
-    with opened(path) as stream:
+    with open_file(path) as stream:
         stream.write(data)
 
 
 def write_all(files: Iterable[tuple[Path, bytes]]) -> None:
     """Write several files, all of them or none; errors are those of `write`."""
-    with together() as opening:
+    with open_together() as opening:
         for path, data in files:
             with opening(path) as stream:
                 stream.write(data)
@@ -196,7 +196,7 @@ def lock(stream: IO[Any]) -> None:
 
 
 @contextlib.contextmanager
-def held(path: Path, say: Callable[[str], None] = lambda _: None, patience: float = math.inf) -> Iterator[None]:
+def hold_file(path: Path, say: Callable[[str], None] = lambda _: None, patience: float = math.inf) -> Iterator[None]:
     """Keep other programs that hold the file `path`, too, from it until the block ends.
 
     Who changes a file according to what is in it holds it from before it is read until it is written.  Since the file
@@ -215,7 +215,7 @@ def held(path: Path, say: Callable[[str], None] = lambda _: None, patience: floa
     """
     path = Path(os.path.realpath(path))
     mine: set[Path] = _holding.__dict__.setdefault("paths", set())
-    stream = None if path in mine else _locked(path, say, time.monotonic() + patience)
+    stream = None if path in mine else _lock_beside(path, say, time.monotonic() + patience)
     if stream is None:
         yield
         return
@@ -232,7 +232,7 @@ def held(path: Path, say: Callable[[str], None] = lambda _: None, patience: floa
         stream.close()
 
 
-def _locked(path: Path, say: Callable[[str], None], until: float) -> BinaryIO | None:
+def _lock_beside(path: Path, say: Callable[[str], None], until: float) -> BinaryIO | None:
     """The file beside `path`, open and locked; None where the folder cannot be written."""
     beside, told = path.with_name(f".{path.name}.lock"), False
     while True:

@@ -26,7 +26,7 @@ def branches(edges: Indices, count: int) -> tuple[Indices, ...]:
     touching = edges[~(through[edges[:, 0]] & through[edges[:, 1]])]
     # of a vertex with two edges this is the sum of both neighbours: less the one it is the other
     both = np.bincount(edges.ravel(), edges[:, ::-1].ravel(), minlength=count).astype(np.intp).tolist()
-    runs = _between(touching, through, both)
+    runs = _follow_runs(touching, through, both)
     if sum(map(len, runs)) - 2 * len(runs) < np.count_nonzero(through):
         runs += _loops(runs, edges, through, both)
     runs.sort(key=lambda run: run[0] if through[run[0]] else min(run[1:-1]))
@@ -36,7 +36,7 @@ def branches(edges: Indices, count: int) -> tuple[Indices, ...]:
     return tuple(chains)
 
 
-def _between(touching: Indices, through: NDArray[np.bool_], both: list[int]) -> list[list[int]]:
+def _follow_runs(touching: Indices, through: NDArray[np.bool_], both: list[int]) -> list[list[int]]:
     """The paths over vertices that have two edges, from the one next to an end that comes first."""
     steps = np.concatenate([touching, touching[:, ::-1]])
     steps = steps[through[steps[:, 0]] & ~through[steps[:, 1]]]

@@ -25,7 +25,7 @@ class ChainStep(Protocol):
         """The state before, on the cheapest way into the next state `state`; among equals the first."""
 
 
-class _Table:
+class _PairCosts:
     """Costs (k, l) of all pairs."""
 
     def __init__(self, pairs: Array) -> None:
@@ -50,7 +50,7 @@ def viterbi(unary: Sequence[Array], steps: Sequence[Array | ChainStep]) -> list[
     -------
     n numbers of states; among equals the first.
     """
-    tables = [_Table(step) if isinstance(step, np.ndarray) else step for step in steps]
+    tables = [_PairCosts(step) if isinstance(step, np.ndarray) else step for step in steps]
     reached = [unary[0]]
     for costs, step in zip(unary[1:], tables, strict=True):
         reached.append(step.totals(reached[-1]) + costs)

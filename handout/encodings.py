@@ -17,7 +17,7 @@ import io
 import math
 import re
 import unicodedata
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from handout.errors import InputError
@@ -86,16 +86,12 @@ _MOST_WORDS = 500  # that are judged, for speed
 _ZEROS = 0.5  # share of every second byte that is zero in UTF-16 of a European language
 
 
-def _frequencies() -> dict[str, dict[str, float]]:
-    """Language → its letters → log probability; the frequencies fall as one over the rank."""
-    ranks = {name: sum(1 / n for n in range(1, len(letters) + 1)) for name, letters in _LANGUAGES.items()}
-    return {
-        name: {letter: -math.log((n + 1) * ranks[name]) for n, letter in enumerate(letters)}
-        for name, letters in _LANGUAGES.items()
-    }
-
-
-_FREQUENCIES = _frequencies()
+# language → its letters → log probability; the frequencies fall as one over the rank
+_FREQUENCIES = {
+    name: {letter: -math.log((n + 1) * ranks) for n, letter in enumerate(letters)}
+    for name, letters in _LANGUAGES.items()
+    for ranks in [sum(1 / n for n in range(1, len(letters) + 1))]
+}
 
 
 class NoText(InputError):
@@ -137,7 +133,10 @@ def decode(data: bytes) -> DecodedText:
     """
     for bom, codec, name in _BOMS:
         if data.startswith(bom):
-            return DecodedText(_marked(data, codec, name).removeprefix("\ufeff"), name)
+            try:
+                return DecodedText(data.decode(codec).removeprefix("\ufeff"), name)
+            except UnicodeError as error:
+                raise NoText(f"it begins as {name} but is damaged") from error
     utf16 = _utf16(data)
     if utf16 is not None:
         return utf16
@@ -147,13 +146,6 @@ def decode(data: bytes) -> DecodedText:
         return DecodedText(data.decode("utf-8"), "UTF-8")
     except UnicodeDecodeError:
         return _eight_bit(data)
-
-
-def _marked(data: bytes, codec: str, name: str) -> str:
-    try:
-        return data.decode(codec)
-    except UnicodeError as error:
-        raise NoText(f"it begins as {name} but is damaged") from error
 
 
 def _utf16(data: bytes) -> DecodedText | None:
@@ -216,7 +208,8 @@ def likelihood(words: Sequence[str]) -> float:
 
 def _languages(words: Sequence[Sequence[str]]) -> float:
     """The letters of words explained by as few languages as do it well."""
-    by_language = [[sum(_letter_score(c, table) for c in word) for word in words] for table in _FREQUENCIES.values()]
+    unlisted = {c: -1.0 if _script(c) in _SCRIPTS else _FOREIGN for word in words for c in word}
+    by_language = [[sum(table.get(c, unlisted[c]) for c in word) for word in words] for table in _FREQUENCIES.values()]
     # the first language costs nothing
     score, cost, total_cost = [len(word) * _FOREIGN for word in words], 0.0, 0.0
     while words:
@@ -228,10 +221,6 @@ def _languages(words: Sequence[Sequence[str]]) -> float:
     return sum(score) - total_cost
 
 
-def _letter_score(char: str, table: Mapping[str, float]) -> float:
-    return table.get(char, -1.0 if _script(char) in _SCRIPTS else _FOREIGN)
-
-
 def _position_score(word: str, i: int) -> float:
     """How usual it is for a character to stand where it does."""
     char, before, after = word[i], word[i - 1] if i else "", word[i + 1 : i + 2]
@@ -240,8 +229,9 @@ def _position_score(word: str, i: int) -> float:
     neighbours = [letter for letter in (before, after) if letter.isalpha()]
     score = sum(_INSIDE for letter in neighbours if _script(letter) != _script(char))
     score += _case_score(char, before, after)
-    if _script(char) == "LATIN" and len(neighbours) == 2 and _alike(before, char, after):
-        score += _CROWD
+    if _script(char) == "LATIN" and len(neighbours) == 2:
+        are_vowels = {unicodedata.normalize("NFD", letter)[0].lower() in _VOWELS for letter in (before, char, after)}
+        score += _CROWD if len(are_vowels) == 1 else 0.0
     return score if neighbours else score + _ALONE
 
 
@@ -251,11 +241,6 @@ def _case_score(char: str, before: str, after: str) -> float:
         return _INSIDE
     among_capitals = before.isupper() and (after.isupper() or not after)
     return _INSIDE / 2 if char.islower() and char != "ß" and among_capitals else 0.0
-
-
-def _alike(*letters: str) -> bool:
-    """Whether all letters are vowels, or all consonants."""
-    return len({_is_vowel(letter) for letter in letters}) == 1
 
 
 def _sign_score(char: str, before: str, after: str) -> float:
@@ -274,7 +259,3 @@ def _sign_score(char: str, before: str, after: str) -> float:
 
 def _script(char: str) -> str:
     return unicodedata.name(char, "?").split()[0]
-
-
-def _is_vowel(char: str) -> bool:
-    return unicodedata.normalize("NFD", char)[0].lower() in _VOWELS

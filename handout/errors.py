@@ -30,7 +30,7 @@ _MOST_WORD, _MOST_MESSAGE = 300, 3000
 _LONG_WORD = re.compile(rf"\S{{{_MOST_WORD + 1},}}")
 
 
-def shortened(message: str) -> str:
+def shorten_message(message: str) -> str:
     """A message without the middle of what it quotes, where that is longer than anybody reads."""
     message = _LONG_WORD.sub(lambda word: _without_middle(word.group(), _MOST_WORD), message)
     return _without_middle(message, _MOST_MESSAGE) if len(message) > _MOST_MESSAGE else message
@@ -47,7 +47,7 @@ class HandoutError(Exception):
     exit_code = 2
 
     def __str__(self) -> str:
-        return shortened(super().__str__())
+        return shorten_message(super().__str__())
 
 
 class InputError(HandoutError):

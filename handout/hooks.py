@@ -54,7 +54,7 @@ Step = Go | Lower | Lift | Wait | Send
 Steps = tuple[Step, ...]
 
 
-def read(texts: Sequence[str], places: Mapping[str, str], what: str) -> Steps:
+def read_steps(texts: Sequence[str], places: Mapping[str, str], what: str) -> Steps:
     """Steps as they are written, one a text; `places` : name → "X Y"; `what` : whose steps, for messages.
 
     Raises
@@ -79,7 +79,12 @@ def _step(text: str, places: Mapping[str, str], what: str) -> Step:
     word, _, rest = text.strip().partition(" ")
     rest = rest.strip()
     if word == "go":
-        return _place(rest, places, what)
+        numbers = places.get(rest, rest).split()
+        if len(numbers) != 2:
+            named = f"the places with names are {', '.join(places)}" if places else "no place has a name"
+            raise InputError(f"{what}: {' '.join(['go', *numbers])}: not two lengths, such as 280mm 20mm; {named}.")
+        x, y = (units.length(number, f"{what}, go {rest}") for number in numbers)
+        return Go(x, y)
     if word == "wait":
         seconds = units.parse(rest, "time", f"{what}, {text!r}")
         if not 0 < seconds <= _WAIT:
@@ -107,15 +112,6 @@ def line(text: str, what: str) -> str:
             f"{what} has {text!r}, which is not a line of 1 to {_LONGEST} printable ASCII characters other than ? ! ~."
         )
     return text
-
-
-def _place(text: str, places: Mapping[str, str], what: str) -> Go:
-    numbers = places.get(text, text).split()
-    if len(numbers) != 2:
-        named = f"the places with names are {', '.join(places)}" if places else "no place has a name"
-        raise InputError(f"{what}: {' '.join(['go', *numbers])}: not two lengths, such as 280mm 20mm; {named}.")
-    x, y = (units.length(number, f"{what}, go {text}") for number in numbers)
-    return Go(x, y)
 
 
 def goes(steps: Steps) -> list[tuple[float, float]]:

@@ -50,7 +50,7 @@ def parse(data: bytes) -> tuple[list[str | Damage], int]:
         return found, size
     # all of it is there where the line's end alone is lost, or another byte
     for whole in (last, last[:-1]):
-        if _unsealed(whole) is not None:
+        if _unseal_line(whole) is not None:
             _add(found, whole, Damage(0, 0))
             return found, size + len(whole)
     if _TORN.fullmatch(last):
@@ -60,9 +60,10 @@ def parse(data: bytes) -> tuple[list[str | Damage], int]:
 
 
 def _add(found: list[str | Damage], line: bytes, damage: Damage) -> None:
-    text = _unsealed(line)
+    text = _unseal_line(line)
     if text is None and line[:1] == b"{" and not any(isinstance(each, str) and each[:1] != "{" for each in found):
-        text = _bare(line)
+        with contextlib.suppress(ValueError):  # of a journal of batches as programs wrote it that did not seal it
+            text = json.dumps(json.loads(line))
     if text is not None:
         found.append(text)
     elif line and found and isinstance(found[-1], Damage):
@@ -71,19 +72,12 @@ def _add(found: list[str | Damage], line: bytes, damage: Damage) -> None:
         found.append(damage)
 
 
-def _unsealed(line: bytes) -> str | None:
+def _unseal_line(line: bytes) -> str | None:
     sealed = line[8:9] == b" " and line[:8] == b"%08x" % zlib.crc32(line[9:])
     return line[9:].decode("utf-8", "replace") if sealed else None
 
 
-def _bare(line: bytes) -> str | None:
-    """A line of a journal of batches as programs wrote it that did not seal it."""
-    with contextlib.suppress(ValueError):
-        return json.dumps(json.loads(line))
-    return None
-
-
-def read(path: Path) -> list[str | Damage]:
+def read_lines(path: Path) -> list[str | Damage]:
     """The lines of a journal that another program may be writing; none where there is no file.
 
     Raises

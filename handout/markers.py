@@ -52,17 +52,17 @@ def find(
     if every is not None:
         quick = cv2.aruco.DetectorParameters()
         quick.adaptiveThreshWinSizeMin = quick.adaptiveThreshWinSizeMax
-        best = [mark for mark in _detected(grey, scale, dictionary, quick) if ours(mark[0])]
+        best = [mark for mark in _detect_marks(grey, scale, dictionary, quick) if ours(mark[0])]
         if len(best) >= every:
             return best
     while True:
-        best = max(best, [mark for mark in _detected(grey, scale, dictionary, thorough) if ours(mark[0])], key=len)
+        best = max(best, [mark for mark in _detect_marks(grey, scale, dictionary, thorough) if ours(mark[0])], key=len)
         if len(best) >= enough or scale >= last:
             return best
         scale = min(1.0, 2 * scale) if scale < 1.0 else last
 
 
-def _detected(grey: NDArray[np.uint8], scale: float, dictionary: Any, parameters: Any) -> list[tuple[int, Array]]:
+def _detect_marks(grey: NDArray[np.uint8], scale: float, dictionary: Any, parameters: Any) -> list[tuple[int, Array]]:
     """Marks of the picture at a scale, their corners in the picture as it is."""
     import cv2
 
@@ -76,7 +76,7 @@ def _detected(grey: NDArray[np.uint8], scale: float, dictionary: Any, parameters
     ]
 
 
-def refined(grey: NDArray[np.uint8], corners: Array, cells: int) -> Array:
+def refine_corners(grey: NDArray[np.uint8], corners: Array, cells: int) -> Array:
     """Corners of marks to a fraction of a pixel.
 
     Parameters

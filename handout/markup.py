@@ -45,7 +45,7 @@ def parse(data: bytes, what: str, *, doctype: bool = False) -> ElementTree.Eleme
         depth -= 1
         builder.end(_local(name))
 
-    def declared(_name: str, _system: str | None, _public: str | None, inside: bool) -> None:
+    def refuse_doctype(_name: str, _system: str | None, _public: str | None, inside: bool) -> None:
         if not doctype:
             raise InputError(
                 f"This {what} has a DOCTYPE, which could hide entities that grow without bound; remove it."
@@ -59,7 +59,7 @@ def parse(data: bytes, what: str, *, doctype: bool = False) -> ElementTree.Eleme
     parser = expat.ParserCreate(namespace_separator="}")
     parser.StartElementHandler, parser.EndElementHandler = start, end
     parser.CharacterDataHandler = builder.data
-    parser.StartDoctypeDeclHandler = declared
+    parser.StartDoctypeDeclHandler = refuse_doctype
     try:
         parser.Parse(data, True)
     except (expat.ExpatError, LookupError) as error:  # not well-formed, or in an encoding that nobody knows

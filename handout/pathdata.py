@@ -37,7 +37,7 @@ def cubics(data: str) -> list[Array]:
     InputError
         Path data that cannot be read; the message says where.
     """
-    pen = _Pen()
+    pen = _PathPen()
     lead, *rest = _COMMAND.split(data.strip())
     if lead.strip() or (rest and rest[0] not in "Mm"):
         raise InputError(f"path data must begin with M, not with {data.strip()[:20]!r}")
@@ -47,15 +47,12 @@ def cubics(data: str) -> list[Array]:
         texts = [text for _, text in group]
         joined = [" ".join(texts)] if command in _JOINED else texts  # a million commands are read as one
         for text in joined:
-            _do(pen, command, text)
-    return pen.finished()
-
-
-def _do(pen: _Pen, command: str, text: str) -> None:
-    try:
-        pen.do(command, arc_numbers(text) if command in "Aa" else numbers(text))
-    except ValueError as error:
-        raise InputError(f"path data cannot be read at {(command + text)[:24]!r}: {error}") from error
+            try:
+                pen.apply_command(command, arc_numbers(text) if command in "Aa" else numbers(text))
+            except ValueError as error:
+                raise InputError(f"path data cannot be read at {(command + text)[:24]!r}: {error}") from error
+    pen.finish()
+    return pen.paths
 
 
 def numbers(text: str) -> list[float]:
@@ -80,22 +77,22 @@ def arc_numbers(text: str) -> list[float]:
         Something else is in it.
     """
     found: list[float] = []
-    at = _after(_BETWEEN, text, 0)
+    at = _skip_match(_BETWEEN, text, 0)
     while at < len(text):
         match = (_FLAG if len(found) % 7 in (3, 4) else _NUMBER).match(text, at)
         if match is None:
             raise ValueError("an arc takes seven numbers, the fourth and fifth of them 0 or 1")
         found.append(float(match.group()))
-        at = _after(_BETWEEN, text, match.end())
+        at = _skip_match(_BETWEEN, text, match.end())
     return found
 
 
-def _after(pattern: re.Pattern[str], text: str, at: int) -> int:
+def _skip_match(pattern: re.Pattern[str], text: str, at: int) -> int:
     match = pattern.match(text, at)
     return at if match is None else match.end()
 
 
-class _Pen:
+class _PathPen:
     """Follows the commands of path data."""
 
     def __init__(self) -> None:
@@ -105,7 +102,7 @@ class _Pen:
         self.paths: list[Array] = []
         self.closed = False
 
-    def do(self, command: str, given: list[float]) -> None:
+    def apply_command(self, command: str, given: list[float]) -> None:
         kind, relative = command.lower(), command.islower()
         takes = 7 if kind == "a" else _TAKES[kind]
         if kind == "z":
@@ -148,10 +145,6 @@ class _Pen:
             self.paths.append(np.concatenate(self.parts))
         self.parts = []
 
-    def finished(self) -> list[Array]:
-        self.finish()
-        return self.paths
-
     def _add(self, first: Array, second: Array, ends: Array) -> None:
         """Cubics by their handles and ends, each (k, 2)."""
         self.parts.append(np.stack([first, second, ends], axis=1).reshape(-1, 2))
@@ -163,12 +156,12 @@ class _Pen:
         self._add(starts + (ends - starts) / 3, starts + (ends - starts) * (2 / 3), ends)
 
     def _h(self, rows: Array, relative: bool) -> None:
-        self._along(0, rows[:, 0], relative)
+        self._draw_along(0, rows[:, 0], relative)
 
     def _v(self, rows: Array, relative: bool) -> None:
-        self._along(1, rows[:, 0], relative)
+        self._draw_along(1, rows[:, 0], relative)
 
-    def _along(self, axis: int, values: Array, relative: bool) -> None:
+    def _draw_along(self, axis: int, values: Array, relative: bool) -> None:
         ends = np.repeat(self.at[None], len(values), axis=0)
         ends[:, axis] = self.at[axis] + np.cumsum(values) if relative else values
         self._l(ends, False)
@@ -184,7 +177,7 @@ class _Pen:
     def _s(self, rows: Array, relative: bool) -> None:
         for row in rows:
             second, end = (row.reshape(2, 2) + self.at) if relative else row.reshape(2, 2)
-            first = self._mirrored("c")
+            first = self._mirror_handle("c")
             self._add(first[None], second[None], end[None])
             self.handle = ("c", second)
 
@@ -195,13 +188,13 @@ class _Pen:
 
     def _t(self, rows: Array, relative: bool) -> None:
         for row in rows:
-            self._quadratic(self._mirrored("q"), row + self.at if relative else row)
+            self._quadratic(self._mirror_handle("q"), row + self.at if relative else row)
 
     def _quadratic(self, middle: Array, end: Array) -> None:
         self._add((self.at + (middle - self.at) * (2 / 3))[None], (end + (middle - end) * (2 / 3))[None], end[None])
         self.handle = ("q", middle)
 
-    def _mirrored(self, kind: str) -> Array:
+    def _mirror_handle(self, kind: str) -> Array:
         if self.handle is None or self.handle[0] != kind:
             return self.at
         return 2 * self.at - self.handle[1]
@@ -252,7 +245,7 @@ def _arc(
 def polyline(points: Array, closed: bool = False) -> Array:
     """Straight lines through points (n, 2) as cubics."""
     points = np.concatenate([points, points[:1]]) if closed else points
-    pen = _Pen()
+    pen = _PathPen()
     pen.at, pen.parts = points[0], [points[:1]]
     pen._l(points[1:] if len(points) > 1 else points, False)
     return np.concatenate(pen.parts)
@@ -279,7 +272,7 @@ def rectangle(x: float, y: float, width: float, height: float, rx: float, ry: fl
     )[0]
 
 
-def flattened(path: Array, tolerance: float) -> tuple[Array, Array]:
+def flatten_path(path: Array, tolerance: float) -> tuple[Array, Array]:
     """A path of cubics as points that stay within `tolerance` of it.
 
     Returns
@@ -306,7 +299,7 @@ def flattened(path: Array, tolerance: float) -> tuple[Array, Array]:
 
 
 def points_needed(paths: list[Array], tolerance: float) -> float:
-    """How many points `flattened` would give, roughly; asked before they are made."""
+    """How many points `flatten_path` would give, roughly; asked before they are made."""
     total = 0.0
     for path in paths:
         a, b, c, d = path[:-1:3], path[1::3], path[2::3], path[3::3]
@@ -315,7 +308,7 @@ def points_needed(paths: list[Array], tolerance: float) -> float:
     return total
 
 
-def anchored(points: Array) -> Array:
+def anchor_ends(points: Array) -> Array:
     """A polyline (n, 2), mm, with more points on it, near both ends of all that is long and straight.
 
     What draws strokes as smooth curves takes samples for points of one, as a hand's are; so it keeps the corners.

@@ -21,7 +21,7 @@ def peaks(values: NDArray[np.float64], *, prominence: float, apart: int = 1) -> 
     """
     places = _tops(values)
     if apart > 1:
-        places = _parted(places, values[places], apart)
+        places = _keep_apart(places, values[places], apart)
     places = places[values[places] - values.min(initial=np.inf) >= prominence]
     row = values.tolist()
     stands = [
@@ -43,7 +43,7 @@ def _tops(values: NDArray[np.float64]) -> Indices:
     return np.asarray((steps[:-1][top] + 1 + steps[1:][top]) // 2)
 
 
-def _parted(places: Indices, height: NDArray[np.float64], apart: int) -> Indices:
+def _keep_apart(places: Indices, height: NDArray[np.float64], apart: int) -> Indices:
     """Peaks without those that are too near to a higher one."""
     keep = np.ones(len(places), dtype=bool)
     for peak in np.argsort(height)[::-1].tolist():

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import difflib
 import re
-from collections.abc import Callable
 from pathlib import Path
 from typing import Literal
 
@@ -149,8 +148,8 @@ class Hooks(Table, frozen=True):
     places: dict[str, str] = msgspec.field(default_factory=dict)
 
     def steps(self, name: str) -> hooks.Steps:
-        """The steps of a hook; InputError: see `hooks.read`."""
-        return hooks.read(getattr(self, name), self.places, f"hooks.{name}")
+        """The steps of a hook; InputError: see `hooks.read_steps`."""
+        return hooks.read_steps(getattr(self, name), self.places, f"hooks.{name}")
 
 
 HOOKS = ("before_page", "after_page", "before_stroke", "after_stroke", "dip")
@@ -302,7 +301,7 @@ _BOUNDS: dict[str, tuple[float, float]] = {
 }  # fmt: skip
 
 
-def read(path: Path) -> Profile:
+def read_profile(path: Path) -> Profile:
     """Read and check a machine's TOML file.
 
     Raises
@@ -310,7 +309,7 @@ def read(path: Path) -> Profile:
     ProfileError
         Not TOML, an unknown key, a missing unit, a value out of bounds; the message names file and key.
     """
-    table = tables.loaded(path, "a device file", ProfileError)
+    table = tables.load_table(path, "a device file", ProfileError)
     kind = table.get("kind")
     if not isinstance(kind, str) or kind not in KINDS:
         raise ProfileError(f'{path}: kind = {kind!r} must be "plotter" or "printer".')
@@ -319,7 +318,7 @@ def read(path: Path) -> Profile:
     if isinstance(pen := table.get("pen"), dict) and pen.get("lift") == "command":
         table["pen"] = {"up": 1.0, "down": 2.0} | pen  # numbers that nobody is told
     try:
-        profile: Profile = tables.converted(table, KINDS[kind])
+        profile: Profile = tables.convert_table(table, KINDS[kind])
         tables.check_bounds(profile, _BOUNDS)
     except ValueError as error:
         raise ProfileError(f"{path}: {error}") from error
@@ -327,19 +326,16 @@ def read(path: Path) -> Profile:
         _check_pen(profile.pen, profile.dialect, path)
         _check_dialect(profile, path)
         _check_hpgl(profile, path)
-        _checked(check_hooks, profile, path)
+        try:
+            check_hooks(profile)
+        except InputError as error:
+            raise ProfileError(f"{path}: {error}") from error
         profile = msgspec.structs.replace(profile, name=path.stem)
     else:
-        _check_trays(profile, path)
+        for key, tray in (("source", profile.source), ("envelope.source", profile.envelope.source)):
+            if tray and profile.sources and tray not in profile.sources:
+                raise ProfileError(f"{path}: {key} = {tray!r} is none of its sources: {', '.join(profile.sources)}.")
     return profile
-
-
-def _checked(check: Callable[[Plotter], None], profile: Plotter, path: Path) -> None:
-    """Name the file where something is wrong in it."""
-    try:
-        check(profile)
-    except InputError as error:
-        raise ProfileError(f"{path}: {error}") from error
 
 
 def _check_dialect(profile: Plotter, path: Path) -> None:
@@ -367,12 +363,6 @@ def _check_dialect(profile: Plotter, path: Path) -> None:
         raise ProfileError(f"{path}: homing = true, but an EBB has no switches to find its zero by.")
     if not re.fullmatch(r"|\d{1,3}(\.\d{1,3}){1,2}", profile.firmware, re.ASCII):
         raise ProfileError(f'{path}: firmware = {profile.firmware!r} is not a version such as "2.8.1".')
-
-
-def _check_trays(printer: Printer, path: Path) -> None:
-    for key, tray in (("source", printer.source), ("envelope.source", printer.envelope.source)):
-        if tray and printer.sources and tray not in printer.sources:
-            raise ProfileError(f"{path}: {key} = {tray!r} is none of its sources: {', '.join(printer.sources)}.")
 
 
 def _check_pen(pen: PenLift, dialect: str, path: Path) -> None:
@@ -464,7 +454,7 @@ def find(name: str, kind: str) -> Profile:
     ProfileError
         Unknown (the message lists the nearest), not valid, or of another kind.
     """
-    profile = read(locate(name, kind))
+    profile = read_profile(locate(name, kind))
     if profile.kind != kind:
         raise ProfileError(f"{name} is a {profile.kind}, not a {kind}.")
     return profile

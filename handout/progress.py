@@ -12,7 +12,7 @@ def silent(share: float, stage: str) -> None:
     """Reports to nobody."""
 
 
-def within(tell: Tell, begin: float, end: float, prefix: str = "") -> Tell:
+def narrow_reports(tell: Tell, begin: float, end: float, prefix: str = "") -> Tell:
     """The reports of a part of greater work, which goes from `begin` to `end` of that; `prefix` is put before them."""
 
     def report(share: float, stage: str) -> None:

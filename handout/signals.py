@@ -1,6 +1,6 @@
 """Signals that end a command: Ctrl-C, SIGTERM and SIGHUP all unwind it, so that nothing is left half done.
 
-What must not be cut short runs within `deferred`: signals that come meanwhile are noted and act at its end.
+What must not be cut short runs within `defer_signals`: signals that come meanwhile are noted and act at its end.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ _deferrals: dict[int, _Deferral] = {}  # by thread
 
 
 @contextlib.contextmanager
-def deferred() -> Iterator[None]:
+def defer_signals() -> Iterator[None]:
     """Signals that come meanwhile act when this ends: Ctrl-C, those of `orderly`, and `interrupt` of this thread."""
     me = threading.get_ident()
     if inner := _deferrals.get(me):
@@ -95,8 +95,8 @@ def _note_signals(deferral: _Deferral) -> dict[int, Any]:
 
 
 @contextlib.contextmanager
-def heeded() -> Iterator[None]:
-    """Within `deferred`: signals act at once again, those that were noted too."""
+def heed_signals() -> Iterator[None]:
+    """Within `defer_signals`: signals act at once again, those that were noted too."""
     deferral = _deferrals.get(threading.get_ident())
     if deferral is None:
         yield

@@ -40,14 +40,11 @@ def one_line(value: Any) -> str:
     parts = []
     for field in dataclasses.fields(value):
         part = getattr(value, field.name)
-        if field.repr and not _is_usual(part, field):
+        # arrays have no default, and are never compared
+        usual = part is None or (isinstance(part, bool | int | float | str | frozenset) and part == field.default)
+        if field.repr and not usual:
             parts.append(f"{field.name}={_part(part)}")
     return f"{type(value).__name__}({', '.join(parts)})"
-
-
-def _is_usual(part: Any, field: dataclasses.Field[Any]) -> bool:
-    """Whether a part is left out because it is the default; arrays have none, and are never compared."""
-    return part is None or (isinstance(part, bool | int | float | str | frozenset) and part == field.default)
 
 
 def _part(part: Any) -> str:

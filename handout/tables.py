@@ -57,19 +57,19 @@ class Table(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tru
     """A table of a file; an unknown key is an error."""
 
 
-def loaded(path: Path, what: str, error: type[InputError] = InputError) -> dict[str, Any]:
+def load_table(path: Path, what: str, error: type[InputError] = InputError) -> dict[str, Any]:
     """The values of a TOML file.
 
     what : what the file should be, for the message, such as "a style"; error : raised where it cannot be read as that.
     """
     try:
-        return parsed(path.read_text(encoding="utf-8"))
+        return parse_table(path.read_text(encoding="utf-8"))
     except (OSError, ValueError) as reason:
         problem = getattr(reason, "strerror", None) or str(reason)
         raise error(f"{path}: cannot be read as {what}: {problem}.") from reason
 
 
-def parsed(text: str) -> dict[str, Any]:
+def parse_table(text: str) -> dict[str, Any]:
     """The values of the text of a TOML file.
 
     Raises
@@ -100,7 +100,7 @@ def _check_numbers(value: object, key: str) -> None:
             raise ValueError(f"{key} is a whole number of more than 64 bits")
 
 
-def converted(values: Mapping[str, Any], kind: type[T]) -> T:
+def convert_table(values: Mapping[str, Any], kind: type[T]) -> T:
     """The values of a file as a struct.
 
     Raises

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 @contextmanager
-def opened(path: Path) -> Iterator[TiffFile]:
+def open_tiff(path: Path) -> Iterator[TiffFile]:
     """A TIFF file; raises whatever tifffile raises of one that is damaged, which is not one kind of error."""
     import tifffile
 

@@ -131,7 +131,7 @@ class Stroke:
         return {name: values for name in POSE if (values := getattr(self, name)) is not None}
 
     @cached_property
-    def even(self) -> bool:
+    def is_even(self) -> bool:
         """Whether a line of even width does for its mark."""
         if self.nib > 0 or self.width is None:
             return self.nib <= 0
@@ -296,7 +296,7 @@ class Glyph:
         """Index of the last stroke that is written with the word, before its delayed strokes."""
         return (self.delayed.index(True) if True in self.delayed else len(self.strokes)) - 1
 
-    def parted(self, strokes: Sequence[Array]) -> tuple[list[Array], list[Array]]:
+    def part_strokes(self, strokes: Sequence[Array]) -> tuple[list[Array], list[Array]]:
         """The strokes of this glyph, wherever they lie: those written with the word, and the delayed ones."""
         pairs = list(zip(strokes, self.delayed, strict=True))
         return [s for s, delayed in pairs if not delayed], [s for s, delayed in pairs if delayed]
@@ -460,7 +460,7 @@ class LineGraph:
         return np.asarray(place[there.all(axis=1)])
 
     @cached_property
-    def around(self) -> tuple[Indices, Indices]:
+    def neighbour_lists(self) -> tuple[Indices, Indices]:
         """(2 m,) the vertices that edges lead to, and (n + 1,) where those beside each vertex begin there."""
         a, b = self.edges.T
         begin = np.concatenate([a, b])

@@ -12,7 +12,7 @@ from handout import shipped
 from handout.errors import InputError
 from handout.simulated import spectra
 from handout.simulated.printer.faults import MORE_GAIN
-from handout.simulated.printer.inkjet import gained
+from handout.simulated.printer.inkjet import grow_dots
 from handout.simulated.printer.press import Press
 from handout.values import Array, readonly
 
@@ -44,7 +44,7 @@ class Measured(Press):
         """(n, 31) reflectance of what was asked for, below 0 in places where the colour is too saturated for one."""
         asked = np.clip(np.asarray(coverage)[:, :3], 0, 1)
         if "wrong-media" in self.faults:
-            asked = gained(asked, MORE_GAIN)
+            asked = grow_dots(asked, MORE_GAIN)
         return spectra.smooth(self._colours(asked))
 
 

@@ -19,7 +19,7 @@ def names(folder):
 def test_a_file_is_replaced_as_a_whole_or_stays(tmp_path):
     path = tmp_path / "a.txt"
     atomic.write(path, b"one")
-    with pytest.raises(KeyboardInterrupt), atomic.opened(path) as stream:
+    with pytest.raises(KeyboardInterrupt), atomic.open_file(path) as stream:
         stream.write(b"ha")
         raise KeyboardInterrupt
     assert path.read_bytes() == b"one" and names(tmp_path) == ["a.txt"]

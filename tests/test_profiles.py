@@ -35,7 +35,7 @@ def test_machines_ship():
 @pytest.mark.slow
 @pytest.mark.parametrize("path", PLOTTERS, ids=lambda path: path.stem)
 def test_plotter_runs_through_the_simulated_device(path):
-    profile = profiles.read(path)
+    profile = profiles.read_profile(path)
     assert isinstance(profile, profiles.Plotter)
     assert profile.name == path.stem and profile.notes
     drawing = fit_to_bed(page(words=5), profile)
@@ -50,7 +50,7 @@ def test_plotter_runs_through_the_simulated_device(path):
     timeless = profile.dialect == "hpgl"
     assert found.correlation > 0.98 or timeless or profile.limits.acceleration <= 1000
     assert timeless or fidelity.compare(made.predicted(), port.executed()).correlation > 0.98
-    assert port.lost == 0 and not port.pen_is_down and port.at_rest
+    assert port.lost_bytes == 0 and not port.pen_is_down and port.at_rest
     turned = ["The page is turned to fit the bed: its top edge lies to the left."] if made.placement.turned else []
     homed = ["Homing: the plotter looks for its zero."] if profile.homing and not timeless else []
     assert sorted(said) == sorted(homed + turned)
@@ -61,7 +61,7 @@ def test_plotter_runs_through_the_simulated_device(path):
 @pytest.mark.parametrize("path", PRINTERS, ids=lambda path: path.stem)
 def test_printer_runs_through_the_simulated_device(path, tmp_path):
     """A small card, inked all over, is fed, sent, printed within the margins and scanned."""
-    profile = profiles.read(path)
+    profile = profiles.read_profile(path)
     assert isinstance(profile, profiles.Printer)
     assert profile.title and 72 <= profile.dpi <= 2400
     page = Page(60, 45, "card")
@@ -75,7 +75,9 @@ def test_printer_runs_through_the_simulated_device(path, tmp_path):
     assert printers.ticket(profile, page, "t").media == f"Custom.{sheet.width:g}x{sheet.height:g}mm"
     ((size, pixels),) = job_reader.pages(job, profile.dpi)
     assert (size.width, size.height) == pytest.approx((45, 60) if profile.feed == "short" else (60, 45))
-    scan = Flatbed.ideal().scan(Inkjet().printed(pixels, profile.dpi, profile.margins), 150, np.random.default_rng(0))
+    scan = Flatbed.ideal().scan(
+        Inkjet().print_page(pixels, profile.dpi, profile.margins), 150, np.random.default_rng(0)
+    )
     dark = scan[..., 1] < 140
     pixel = 25.4 / 150
     rows, columns = (np.flatnonzero(dark.any(axis=axis))[[0, -1]] * pixel + [0, pixel] for axis in (1, 0))
@@ -86,7 +88,7 @@ def test_printer_runs_through_the_simulated_device(path, tmp_path):
 
 @pytest.mark.parametrize("path", PRINTERS, ids=lambda path: path.stem)
 def test_envelopes_are_fed_by_their_names_and_warned_of_at_their_margins(path):
-    profile = profiles.read(path)
+    profile = profiles.read_profile(path)
     assert isinstance(profile, profiles.Printer)
     for name, standard in (("dl", "iso_dl_110x220mm"), ("c6", "iso_c6_114x162mm"), ("c5", "iso_c5_162x229mm")):
         fed = media.printer_for(page_sizes.page(name), profile)
@@ -152,7 +154,7 @@ def edited(tmp_path, stem, old, new):
 def test_a_slip_in_a_plotter_is_refused(tmp_path, old, new, said):
     path = edited(tmp_path, "plotter-grbl-servo", old, new)
     with pytest.raises(ProfileError, match=said) as caught:
-        profiles.read(path)
+        profiles.read_profile(path)
     assert str(path) in str(caught.value)
 
 
@@ -176,19 +178,19 @@ def test_a_slip_in_a_plotter_is_refused(tmp_path, old, new, said):
 def test_a_slip_in_a_printer_is_refused(tmp_path, old, new, said):
     path = edited(tmp_path, "printer-epson", old, new)
     with pytest.raises(ProfileError, match=said) as caught:
-        profiles.read(path)
+        profiles.read_profile(path)
     assert str(path) in str(caught.value)
 
 
 def test_a_missing_file_is_one_sentence(tmp_path):
     with pytest.raises(ProfileError, match="cannot be read as a device file: No such file"):
-        profiles.read(tmp_path / "plotter-none.toml")
+        profiles.read_profile(tmp_path / "plotter-none.toml")
 
 
 def test_machines_are_found_by_name_and_by_path(tmp_path):
     path = shipped.folder("devices") / "plotter-simulated.toml"
     for name in ("simulated", "plotter-simulated", str(path)):
-        assert profiles.find(name, "plotter").title == profiles.read(path).title
+        assert profiles.find(name, "plotter").title == profiles.read_profile(path).title
     assert profiles.locate("plotter-grbl-z").stem == "plotter-grbl-z"
     with pytest.raises(ProfileError, match=r"^hp-envy is a printer, not a plotter"):
         profiles.find("hp-envy", "plotter")

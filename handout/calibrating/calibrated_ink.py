@@ -119,7 +119,7 @@ class CalibratedInk:
         reach = self._reach
         return {
             "name": self.calibration.name, "made": self.calibration.date.isoformat(timespec="seconds"),
-            "age_days": self.calibration.age(), "out_of_reach": round(reach.out, 4) if reach else 0.0,
+            "age_days": self.calibration.age(), "out_of_reach": round(reach.share_out, 4) if reach else 0.0,
             "lost": round(reach.mean, 2) if reach else 0.0,
             "pen": self.reference.facts() if self.reference is not None else None,
         }  # fmt: skip
@@ -130,7 +130,7 @@ class CalibratedInk:
         if reach is None:
             return f"{self.calibration.describe()}."
         whose = f"of {self.hand}" if self.hand else ""
-        return f"{self.calibration.describe()}. {gamut.said(reach.out, reach.mean, whose)}"
+        return f"{self.calibration.describe()}. {gamut.tell_loss(reach.share_out, reach.mean, whose)}"
 
     @cached_property
     def _reach(self) -> Reach | None:

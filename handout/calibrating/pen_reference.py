@@ -154,7 +154,7 @@ def _judge_match(ink: InkMatch | None, hand: str) -> FrameReference:
         return FrameReference(Kind.FAINT, _FAINT.format(hand=hand))
     if not ink.same_ink:
         return FrameReference(Kind.OTHER_PEN, _OTHER_PEN.format(hand=hand))
-    if ink.alike:
+    if ink.scans_alike:
         return FrameReference(Kind.ALIKE, _ALIKE.format(hand=hand, off=ink.difference), ink)
     how = "lighter" if ink.lighter > 1 else "darker" if ink.lighter < -1 else "in other colours"
     why = "the scanner's settings or the pen's pressure differ"

@@ -38,7 +38,7 @@ def diagnose(
 
 
 def _cause(solids: Solids, pen: FrameReference | None, before: Calibration | None) -> ScanFinding | None:
-    if pen is not None and pen.match is not None and not pen.match.alike:
+    if pen is not None and pen.match is not None and not pen.match.scans_alike:
         solids = without_tone(solids, float(pen.match.tone.powers.mean()))
     if (finding := check_strength(solids)) is not None:
         return finding

@@ -319,4 +319,4 @@ def read_patches(path: Path) -> Patches:
     from handout.colour.chart_files import from_ti3
     from handout.colour.patches import Patches
 
-    return Patches(*from_ti3(cgats.read(path)))
+    return Patches(*from_ti3(cgats.read_tables(path)))

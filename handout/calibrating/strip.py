@@ -123,8 +123,8 @@ def make(
     ink = _evenly(samples[reached.lost < _REACHED], white, room)
     if len(ink) < _LEAST:
         raise InputError(
-            f"The printer reaches only {1 - reached.out:.0%} of this ink, too little to verify anything with: verify "
-            "with another hand, or with the usual inks."
+            f"The printer reaches only {1 - reached.share_out:.0%} of this ink, too little to verify anything with: "
+            "verify with another hand, or with the usual inks."
         )
     shade = greys(2 * _GREYS)
     shade = _evenly(shade[reach(shade, table).lost < _REACHED], white, _GREYS)
@@ -138,7 +138,7 @@ def make(
         np.concatenate([wanted, wanted, np.repeat(white[None], _WHITES, axis=0)]),
         np.concatenate([_send_colours(rgba), _send_colours(matched), bare]),
         np.repeat([False, True, False], [len(rgba), len(rgba), _WHITES]),
-        np.concatenate([grey, grey, np.zeros(_WHITES, dtype=bool)]), paper, (page or reached).out,
+        np.concatenate([grey, grey, np.zeros(_WHITES, dtype=bool)]), paper, (page or reached).share_out,
         (page or reached).mean, whose,
     )  # fmt: skip
 

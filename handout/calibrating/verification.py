@@ -20,7 +20,7 @@ from handout.colour import conversions, gamut
 from handout.colour.chart import MARKS, ChartPage
 from handout.colour.ink_match import match
 from handout.colour.reading import ChartScan, ScanFinding, open_scans
-from handout.colour.reading.findings import ScanRefused, refused
+from handout.colour.reading.findings import ScanRefused, make_refusal
 from handout.colour.reading.patch_means import sample
 from handout.colour.reading.pen_field import scribble_of
 from handout.colour.reading.picture_checks import SampledPage, check_picture
@@ -111,7 +111,7 @@ def table_lines(facts: Mapping[str, Any]) -> list[str]:
             ("all", facts["before"], facts["after"]),
         )
     ]
-    reach = gamut.said(facts["out"], facts["lost"], facts.get("whose", ""))
+    reach = gamut.tell_loss(facts["out"], facts["lost"], facts.get("whose", ""))
     return [head, *rows, facts["verdict"], reach]
 
 
@@ -149,8 +149,8 @@ def _read_patches(
     except ScanRefused as error:
         if error.finding.code != "another-chart":
             raise
-        raise refused("another-chart", "This is no scan of a verification strip, but of another page with marks: scan "
-            "the strip.", scan.source) from error  # fmt: skip
+        raise make_refusal("another-chart", "This is no scan of a verification strip, but of another page with marks: "
+            "scan the strip.", scan.source) from error  # fmt: skip
     sampled = sample(scan.pixels, placement)
     findings = [
         *scan.findings,
@@ -162,7 +162,7 @@ def _read_patches(
     findings = [finding for finding in findings if finding.code != "edited"]
     for finding in findings:
         if finding.severity == "refuse":
-            raise refused(finding.code, finding.sentence, scan.source)
+            raise make_refusal(finding.code, finding.sentence, scan.source)
     return sampled.values, findings
 
 
@@ -313,8 +313,8 @@ def _draw_reach(strip: VerificationStrip, table: ColourTable) -> str:
     return (
         "<p>What the printer can print on this paper, seen from above (a* to the right, b* up), and the verified "
         f"colours. Its darkest black has L* {darkest:.0f}; of the greys from black to the paper it reaches "
-        f"{1 - greys.out:.0%}.</p>{drawn}<p>Some of the colours of the paper's own grey scale over what is printed for "
-        f"them:</p>{image(gamut.swatches(greys), 'greys and what is printed for them')}"
+        f"{1 - greys.share_out:.0%}.</p>{drawn}<p>Some of the colours of the paper's own grey scale over what is "
+        f"printed for them:</p>{image(gamut.swatches(greys), 'greys and what is printed for them')}"
     )
 
 

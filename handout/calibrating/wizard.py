@@ -30,7 +30,7 @@ from handout.calibrating.verification import Verification
 from handout.colour import cgats
 from handout.colour.chart import chart
 from handout.colour.chart_files import ti3
-from handout.colour.reading import ChartReading, ScanFinding, read
+from handout.colour.reading import ChartReading, ScanFinding, read_scans
 from handout.colour.reading.pen_field import save as save_scribble
 from handout.colour.report import report
 from handout.errors import InputError
@@ -323,7 +323,7 @@ class Wizard:
 
     def _read_chart(self, scans: Sequence[Path] = ()) -> ChartReading:
         """The chart as the kept scans and some more show it."""
-        return read([*self.scans, *scans], self.chart, self._paper)
+        return read_scans([*self.scans, *scans], self.chart, self._paper)
 
     def _report(self, reading: ChartReading, built: Calibration | None = None) -> None:
         more = verification.sections(built) if built is not None else []

@@ -15,7 +15,7 @@ import click
 
 from handout import __version__, signals
 from handout.cli import streams
-from handout.errors import HandoutError, at_border, shortened
+from handout.errors import HandoutError, at_border, shorten_message
 
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint
@@ -178,9 +178,9 @@ def _run_command(args: list[str] | None) -> int:
         return 0
     except (click.ClickException, HandoutError, ImportError, OSError, RecursionError) as error:
         if sentence := _sentence(error):
-            click.echo(f"handout: {shortened(sentence)}", err=True)
+            click.echo(f"handout: {shorten_message(sentence)}", err=True)
         elif isinstance(error, click.ClickException):
-            vars(error)["message"] = shortened(error.message)
+            vars(error)["message"] = shorten_message(error.message)
             error.show()
         else:
             raise

@@ -21,7 +21,7 @@ from click.core import ParameterSource
 
 from handout import atomic, shipped
 from handout.errors import InputError
-from handout.tables import parsed
+from handout.tables import parse_table
 
 PROJECT = "handout.toml"
 Value = str | int | float | bool | list[str | int | float]
@@ -201,7 +201,7 @@ def read_settings(file: Path) -> dict[str, Value]:
         No such file, not TOML, or a value that is no text, number, true or false, or list of these.
     """
     try:
-        return dict(_flat(parsed(file.read_text(encoding="utf-8-sig")), ""))
+        return dict(_flat(parse_table(file.read_text(encoding="utf-8-sig")), ""))
     except (OSError, ValueError) as error:
         raise InputError(
             f"{file}: cannot be read as a configuration: {getattr(error, 'strerror', 0) or error}."

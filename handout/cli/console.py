@@ -15,7 +15,7 @@ from types import TracebackType
 import click
 
 from handout.cli import progress as terminal
-from handout.errors import DeviceError, InputError, shortened
+from handout.errors import DeviceError, InputError, shorten_message
 from handout.pipeline.results import Attendant, Result
 
 _MOST_WAITING = 200  # lines that wait for a terminal; more are only counted.  Set by eye: some screens full
@@ -42,7 +42,7 @@ class Console(Attendant):
         """Say something on standard error, unless the user wants quiet."""
         if self.quiet:
             return
-        for sentence in map(shortened, sentences):
+        for sentence in map(shorten_message, sentences):
             if self._output is not None:
                 self._output.say(sentence)
                 continue

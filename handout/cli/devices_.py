@@ -120,5 +120,5 @@ def check(file: Path) -> None:
     """Check a machine's TOML FILE: names, units, bounds."""
     from handout import profiles
 
-    profile = profiles.read(file)
+    profile = profiles.read_profile(file)
     click.echo(f"{file}: a valid {profile.kind}, {profile.title!r}.")

@@ -89,7 +89,7 @@ def table(kind: str, keywords: Mapping[str, str], columns: Mapping[str, Sequence
     return CgatsTable(kind, tuple(pairs), tuple(columns), tuple(zip(*columns.values(), strict=True)))
 
 
-def read(path: Path) -> tuple[CgatsTable, ...]:
+def read_tables(path: Path) -> tuple[CgatsTable, ...]:
     """The tables of a file.
 
     Raises
@@ -120,7 +120,7 @@ def parse(text: str, source: str = "table") -> tuple[CgatsTable, ...]:
     """
     words = _Words(text, source)
     tables: list[CgatsTable] = []
-    while not words.done:
+    while not words.is_done:
         tables.append(_parse_table(words, tables[-1] if tables else None))
     if not tables:
         raise InputError(f"{source}, line 1: the file is empty; a table begins with a word such as CTI3 or CGATS.17.")
@@ -165,7 +165,7 @@ class _Words:
                     yield number, match.group(2), False
 
     @property
-    def done(self) -> bool:
+    def is_done(self) -> bool:
         return self._next >= len(self._words)
 
     @property
@@ -173,7 +173,7 @@ class _Words:
         return self._words[min(self._next, len(self._words) - 1)][0] if self._words else 1
 
     def peek(self) -> tuple[int, str, bool] | None:
-        return None if self.done else self._words[self._next]
+        return None if self.is_done else self._words[self._next]
 
     def take(self) -> str:
         self._next += 1
@@ -186,7 +186,7 @@ class _Words:
             texts.append(self.take())
         return texts
 
-    def until(self, end: str, begun: int) -> list[tuple[int, str]]:
+    def take_until(self, end: str, begun: int) -> list[tuple[int, str]]:
         """All words before `end`, each with its line."""
         words: list[tuple[int, str]] = []
         while (word := self.peek()) is not None:
@@ -210,7 +210,7 @@ def _parse_table(words: _Words, before: CgatsTable | None) -> CgatsTable:
         line, name, quoted = word
         words.take()
         if name == "BEGIN_DATA_FORMAT":
-            fields = tuple(text for _, text in words.until(_ENDS[name], line))
+            fields = tuple(text for _, text in words.take_until(_ENDS[name], line))
             if not fields:
                 raise words.wrong(line, "BEGIN_DATA_FORMAT names no field")
             if twice := [name for i, name in enumerate(fields) if name in fields[:i]]:
@@ -221,7 +221,7 @@ def _parse_table(words: _Words, before: CgatsTable | None) -> CgatsTable:
         elif name == "BEGIN_DATA":
             if fields is None:
                 raise words.wrong(line, "BEGIN_DATA comes before any BEGIN_DATA_FORMAT, which names the fields")
-            rows = _parse_rows(words, words.until(_ENDS[name], line), fields, counts)
+            rows = _parse_rows(words, words.take_until(_ENDS[name], line), fields, counts)
             return CgatsTable(kind, tuple(keywords), fields, rows)
         elif quoted or not re.match(r"[A-Za-z]", name):
             raise words.wrong(line, f"{name!r} stands where a keyword should")
@@ -239,17 +239,13 @@ def _parse_kind(words: _Words, before: CgatsTable | None) -> str:
     word = words.peek()
     assert word is not None
     line, text, quoted = word
-    alone = not quoted and re.fullmatch(r"[A-Z][A-Z0-9._]*", text) and _alone(words, line)
+    following = words._words[words._next + 1 : words._next + 2]
+    alone = not quoted and re.fullmatch(r"[A-Z][A-Z0-9._]*", text) and (not following or following[0][0] != line)
     if alone and text not in ("BEGIN_DATA_FORMAT", "BEGIN_DATA"):
         return words.take()
     if before is None:
         raise words.wrong(line, f"a table begins with a word such as CTI3 or CGATS.17, and this with {text[:40]!r}")
     return before.kind
-
-
-def _alone(words: _Words, line: int) -> bool:
-    following = words._words[words._next + 1 : words._next + 2]
-    return not following or following[0][0] != line
 
 
 def _parse_count(words: _Words, line: int, name: str, values: list[str]) -> int:
@@ -277,7 +273,7 @@ def _parse_rows(
 
 
 def _format_table(table: CgatsTable) -> str:
-    lines = [table.kind, "", *(f"{name} {_quoted(value)}" for name, value in table.keywords)]
+    lines = [table.kind, "", *(f"{name} {_quote_value(value)}" for name, value in table.keywords)]
     lines += [
         "",
         f"NUMBER_OF_FIELDS {len(table.fields)}",
@@ -287,14 +283,13 @@ def _format_table(table: CgatsTable) -> str:
     ]
     lines += ["", f"NUMBER_OF_SETS {len(table.rows)}", "BEGIN_DATA"]
     # ArgyllCMS takes the quotation marks of a column for its type: words have them throughout, numbers never
-    columns = [list(map(_quoted if _worded(column) else str, column)) for column in zip(*table.rows, strict=True)]
+    columns = [
+        list(map(str if all(map(_NUMBER.match, column)) else _quote_value, column))
+        for column in zip(*table.rows, strict=True)
+    ]
     lines += [" ".join(row) for row in zip(*columns, strict=True)]
     return "\n".join([*lines, "END_DATA", ""])
 
 
-def _quoted(value: str) -> str:
+def _quote_value(value: str) -> str:
     return '"' + value.replace('"', '""') + '"'
-
-
-def _worded(column: Sequence[str]) -> bool:
-    return not all(_NUMBER.match(value) for value in column)

@@ -11,7 +11,6 @@ Source: seed 000, Appendix K; shuffling, repeats and marks are this project's.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache, cached_property
 from hashlib import blake2b
@@ -34,6 +33,7 @@ CELLS = 7  # of a mark, along a side, its black edge included
 MARKS = 16  # a page, in four rows of four
 _PER_VERSION = 8 * MARKS  # numbers of marks kept for a version
 _LEVELS = np.rint(np.linspace(0, 255, 8)).astype(int)
+_ROOT = 1.32471795724474602596  # the root of x³ = x + 1: Roberts' additive recurrence R2 (2018)
 _TOP = 8.0  # mm from the upper edge to the first line of words
 _GRID_TOP = 17.9  # mm from there to the first patches, for charts that begin at _TOP
 _FIELD = (66.0, 1.6, 8.0)  # mm: of the field under the patches its left edge, its distance from them, its height
@@ -58,7 +58,7 @@ class _Sheet:
     top: float
 
     @property
-    def left(self) -> float:
+    def left_edge(self) -> float:
         return (self.paper.width - self.columns * self.pitch) / 2
 
 
@@ -258,7 +258,7 @@ def letters(column: int) -> str:
 def _chart(version: int, index: int) -> Chart:
     sheet = _SHEETS[index]
     cube = itertools.product(_LEVELS.tolist(), repeat=3)
-    unique = _shuffled([*cube, *((grey, grey, grey) for grey in range(256))], f"{version}")
+    unique = _shuffle_by_salt([*cube, *((grey, grey, grey) for grey in range(256))], f"{version}")
     share = [unique[i :: sheet.pages] for i in range(sheet.pages)]
     pages = [_page(version, index, number, share[number - 1]) for number in range(1, sheet.pages + 1)]
     return Chart(version, sheet.paper, tuple(pages))
@@ -268,14 +268,14 @@ def _page(version: int, index: int, number: int, unique: list[tuple[int, int, in
     sheet = _SHEETS[index]
     free, marks = grid_cells(sheet.columns, sheet.rows)
     repeats = list(itertools.islice(itertools.cycle(_REPEATS), len(free) - len(unique)))
-    placed = _scattered(repeats, free, sheet)
-    rest = _shuffled([cell for cell in free if cell not in placed], f"{version} {index} {number}")
+    placed = _scatter_repeats(repeats, free, sheet)
+    rest = _shuffle_by_salt([cell for cell in free if cell not in placed], f"{version} {index} {number}")
     placed |= dict(zip(rest, unique, strict=True))
     cells = [cell for cell in free if cell in placed]
     first = (version - 1) * _PER_VERSION + (_FIRST[index] + number - 1) * MARKS
     return ChartPage(
         version, sheet.paper, number, sheet.pages, sheet.pitch,
-        (sheet.left, sheet.top + _GRID_TOP - _TOP), sheet.columns, sheet.rows,
+        (sheet.left_edge, sheet.top + _GRID_TOP - _TOP), sheet.columns, sheet.rows,
         np.array([placed[cell] for cell in cells]) / 255, np.array(cells), first + np.arange(MARKS), np.array(marks),
     )  # fmt: skip
 
@@ -289,7 +289,7 @@ def grid_cells(columns: int, rows: int) -> tuple[list[tuple[int, int]], list[tup
     return [(x, y) for y in range(rows) for x in range(columns) if (x, y) not in covered], marks
 
 
-def _shuffled(items: list[_T], salt: str) -> list[_T]:
+def _shuffle_by_salt(items: list[_T], salt: str) -> list[_T]:
     """The items in an order that only the salt decides: no random generator promises the same numbers for ever."""
 
     def key(i: int) -> bytes:
@@ -298,28 +298,21 @@ def _shuffled(items: list[_T], salt: str) -> list[_T]:
     return [items[i] for i in sorted(range(len(items)), key=key)]
 
 
-def _scattered(
+def _scatter_repeats(
     repeats: list[tuple[int, int, int]], free: list[tuple[int, int]], sheet: _Sheet
 ) -> dict[tuple[int, int], tuple[int, int, int]]:
     """A cell for each repeat; the repeats of one colour are spread evenly over the page."""
     left = set(free)
     placed = {}
     for colour in sorted(set(repeats), key=lambda c: (-repeats.count(c), c)):
-        spots = _even(sum(map(int, colour)))
-        for _ in range(repeats.count(colour)):
-            u, v = next(spots)
+        first = sum(map(int, colour)) + 1
+        for i in range(first, first + repeats.count(colour)):
+            u, v = (0.5 + i / _ROOT) % 1.0, (0.5 + i / _ROOT**2) % 1.0  # any first few of them evenly spread
             x, y = u * (sheet.columns - 1), v * (sheet.rows - 1)
             cell = min(left, key=lambda c: ((c[0] - x) ** 2 + (c[1] - y) ** 2, c))
             left.remove(cell)
             placed[cell] = colour
     return placed
-
-
-def _even(start: int) -> Iterator[tuple[float, float]]:
-    """Points in the unit square, any first few of them evenly spread: Roberts' additive recurrence R2 (2018)."""
-    golden = 1.32471795724474602596  # the root of x³ = x + 1
-    for i in itertools.count(start + 1):
-        yield (0.5 + i / golden) % 1.0, (0.5 + i / golden**2) % 1.0
 
 
 @cache

@@ -176,7 +176,7 @@ def ti1(chart: Chart) -> tuple[cgats.CgatsTable, ...]:
         cgats.table("CTI1", keywords | {name: str(len(device))}, {"INDEX": _ids(len(device), 0), **_foretold(device)})
         for name, device in _EXTREMES.items()
     ]
-    return (cgats.table("CTI1", _about("1", "iRGB", _expected()), columns), *further)
+    return (cgats.table("CTI1", _make_keywords("1", "iRGB", _make_white_keyword()), columns), *further)
 
 
 def ti2(chart: Chart) -> tuple[cgats.CgatsTable, ...]:
@@ -186,8 +186,8 @@ def ti2(chart: Chart) -> tuple[cgats.CgatsTable, ...]:
     several = len(pages) > 1
     names = [f"{page.number}-{name}" if several else name for page in pages for name in page.names]
     columns = {"SAMPLE_ID": _ids(len(device)), "SAMPLE_LOC": names, **_foretold(device)}
-    about = _expected() | {"STEPS_IN_PASS": str(pages[0].rows), "PASSES_IN_STRIPS2": str(pages[0].columns)}
-    return (cgats.table("CTI2", _about("2", "iRGB", about), columns),)
+    about = _make_white_keyword() | {"STEPS_IN_PASS": str(pages[0].rows), "PASSES_IN_STRIPS2": str(pages[0].columns)}
+    return (cgats.table("CTI2", _make_keywords("2", "iRGB", about), columns),)
 
 
 def ti3(reading: ChartReading | Patches, about: Mapping[str, str] | None = None) -> tuple[cgats.CgatsTable, ...]:
@@ -207,7 +207,7 @@ def ti3(reading: ChartReading | Patches, about: Mapping[str, str] | None = None)
         **_columns((ERROR,), reading.deviation[:, None] * 100),
     }
     keywords = {"DEVICE_CLASS": "OUTPUT", "TARGET_INSTRUMENT": "flatbed scanner, taken for sRGB", **(about or {})}
-    return (cgats.table("CTI3", _about("3", "iRGB_XYZ", keywords), columns),)
+    return (cgats.table("CTI3", _make_keywords("3", "iRGB_XYZ", keywords), columns),)
 
 
 def from_ti3(tables: tuple[cgats.CgatsTable, ...]) -> tuple[Array, Array, Array]:
@@ -228,11 +228,11 @@ def from_ti3(tables: tuple[cgats.CgatsTable, ...]) -> tuple[Array, Array, Array]
     return readonly(device, None, 3), readonly(scanned, None, 3), readonly(deviation[:, 0], None)
 
 
-def _about(number: str, representation: str, more: Mapping[str, str]) -> dict[str, str]:
+def _make_keywords(number: str, representation: str, more: Mapping[str, str]) -> dict[str, str]:
     return {"DESCRIPTOR": f"{_DESCRIPTOR} {number}", "ORIGINATOR": _ORIGINATOR, "COLOR_REP": representation, **more}
 
 
-def _expected() -> dict[str, str]:
+def _make_white_keyword() -> dict[str, str]:
     white = conversions.xyz_d50(np.ones((1, 3)))[0]
     return {"APPROX_WHITE_POINT": " ".join(f"{v:.6f}" for v in white)}
 

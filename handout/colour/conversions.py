@@ -45,7 +45,7 @@ def linear(rgb: ArrayLike) -> Array:
     return np.asarray(science().models.eotf_sRGB(np.asarray(rgb, dtype=np.float64)))
 
 
-def encoded(light: ArrayLike) -> Array:
+def encode_light(light: ArrayLike) -> Array:
     """(…, 3) sRGB values of light, the inverse of `linear`."""
     return np.asarray(science().models.eotf_inverse_sRGB(light))
 
@@ -62,7 +62,7 @@ def xyz_d50(rgb: ArrayLike) -> Array:
 
 def rgb_of_xyz_d50(colours: Array) -> Array:
     """(n, 3) scanned RGB, not cut to 0–1; the inverse of `xyz_d50`."""
-    return encoded(np.linalg.solve(100 * _TO_XYZ_D50, colours.T).T)
+    return encode_light(np.linalg.solve(100 * _TO_XYZ_D50, colours.T).T)
 
 
 def lab(rgb: ArrayLike) -> Array:
@@ -87,7 +87,7 @@ def delta_e(first: ArrayLike, second: ArrayLike) -> Array:
     return np.asarray(science().difference.delta_E_CIE2000(first, second))
 
 
-def evened(lab: Array) -> Array:
+def bend_chroma(lab: Array) -> Array:
     """(…, 3) of L*a*b*, bent so that distances come near ΔE00: C* becomes ln(1 + 0.045 C*) / 0.045.
 
     Source: the weight of chroma in CIE 116-1995 (CIE94), integrated.

@@ -33,7 +33,7 @@ class Reach:
     __repr__ = one_line
 
     @property
-    def out(self) -> float:
+    def share_out(self) -> float:
         """Share of the samples that lose more than `SEEN`, 0–1."""
         return float((self.lost > SEEN).mean())
 
@@ -50,10 +50,10 @@ class Reach:
         return float(np.percentile(far, 95)) if len(far) else 0.0
 
     def __str__(self) -> str:
-        return said(self.out, self.mean)
+        return tell_loss(self.share_out, self.mean)
 
 
-def said(out: float, mean: float, whose: str = "") -> str:
+def tell_loss(out: float, mean: float, whose: str = "") -> str:
     """What of an ink cannot be printed, in the sentence in which it is said everywhere.
 
     Parameters

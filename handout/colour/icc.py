@@ -50,9 +50,10 @@ def output_profile(table: ColourTable, date: datetime, title: str) -> bytes:
     places = np.linspace(0, 1, 4096)
     # device RGB, unclamped, on the table's grid of L*a*b*
     axis = np.linspace(0, 1, SIDE)
-    bent = _straighten(axis)
+    away = 2 * axis - 1
+    bent = _CENTRE + (1 - _CENTRE) * away / (1 + _BEND - _BEND * np.abs(away))  # the inverse of `_bend`
     grid = np.stack(np.meshgrid(axis, bent, bent, indexing="ij"), axis=-1).reshape(-1, 3)
-    device = inverse.invert(forward, _scanned(grid, white))
+    device = inverse.invert(forward, _read_scanned(grid, white))
     back = lut16(device.reshape(SIDE, SIDE, SIDE, 3), [places, _bend(places), _bend(places)])
     tags = {b"wtpt": point(white / 100)}
     for intent in b"012":
@@ -60,7 +61,7 @@ def output_profile(table: ColourTable, date: datetime, title: str) -> bytes:
     # (s, s, s, 1): 0 where a colour can be printed, and else as much as it is off, `_FULL` giving 1
     axis = np.linspace(0, 1, _GAMUT_SIDE)
     grid = np.stack(np.meshgrid(axis, axis, axis, indexing="ij"), axis=-1).reshape(-1, 3)
-    lost = inverse.printable(forward, _scanned(grid, white))[1]
+    lost = inverse.printable(forward, _read_scanned(grid, white))[1]
     off = np.where(lost > _SEEN, lost / _FULL, 0.0).reshape(_GAMUT_SIDE, _GAMUT_SIDE, _GAMUT_SIDE, 1)
     tags[b"gamt"] = lut16(off, [np.linspace(0, 1, 2)] * 3)
     return profile(b"prtr", b"Lab ", date, title, tags)
@@ -75,9 +76,10 @@ def device_link(table: ColourTable, date: datetime, title: str) -> bytes:
     return profile(b"link", b"RGB ", date, title, tags)
 
 
-def _scanned(places: Array, white: Array) -> Array:
+def _read_scanned(places: Array, white: Array) -> Array:
     """(n, 3) scanned RGB, not cut to 0–1, of (n, 3) encoded L*a*b* relative to the paper."""
-    return conversions.rgb_of_xyz_d50(conversions.xyz_of_lab(_decode_lab(places), white))
+    lab = np.asarray(places * 65535 / np.array([652.8, 256, 256]) - np.array([0, 128, 128]))  # undoes `_encode_lab`
+    return conversions.rgb_of_xyz_d50(conversions.xyz_of_lab(lab, white))
 
 
 def _encode_lab(lab: Array) -> Array:
@@ -85,21 +87,10 @@ def _encode_lab(lab: Array) -> Array:
     return np.asarray((lab + np.array([0, 128, 128])) * np.array([652.8, 256, 256]) / 65535)
 
 
-def _decode_lab(places: Array) -> Array:
-    """(n, 3) L*a*b*; the inverse of `_encode_lab`."""
-    return np.asarray(places * 65535 / np.array([652.8, 256, 256]) - np.array([0, 128, 128]))
-
-
 def _bend(encoded: Array) -> Array:
     """Where an encoded a* or b* lies in the table: 0 at its middle node, and nodes closer about it."""
     away = np.clip((encoded - _CENTRE) / (1 - _CENTRE), -1, 1)
     return np.asarray(0.5 + 0.5 * np.sign(away) * np.abs((1 + _BEND) * away / (1 + _BEND * np.abs(away))))
-
-
-def _straighten(places: Array) -> Array:
-    """The inverse of `_bend`."""
-    away = 2 * places - 1
-    return np.asarray(_CENTRE + (1 - _CENTRE) * away / (1 + _BEND - _BEND * np.abs(away)))
 
 
 _D50 = (0.9642, 1.0, 0.8249)  # XYZ of the connection space's white; clause 6.1.11
@@ -125,11 +116,8 @@ def lut16(nodes: Array, curves: Sequence[Array]) -> bytes:
     (entries,) = {len(curve) for curve in curves}
     counts = struct.pack(">HH", entries, _ENTRIES)
     tables = [*curves, (nodes - low) / (high - low), *([ramp] * outputs)]
-    return head + matrix + counts + b"".join(_words(values) for values in tables)
-
-
-def _words(values: Array) -> bytes:
-    return np.rint(np.clip(values, 0, 1) * _MOST).astype(">u2").tobytes()
+    words = (np.rint(np.clip(values, 0, 1) * _MOST).astype(">u2").tobytes() for values in tables)
+    return head + matrix + counts + b"".join(words)
 
 
 def text(words: str) -> bytes:
@@ -152,10 +140,10 @@ def sequence(steps: Sequence[str]) -> bytes:
 
 def point(light: Sequence[float]) -> bytes:
     """XYZType of one colour, white Y = 1."""
-    return b"XYZ \0\0\0\0" + _fixed(light)
+    return b"XYZ \0\0\0\0" + _pack_fixed(light)
 
 
-def _fixed(values: Sequence[float]) -> bytes:
+def _pack_fixed(values: Sequence[float]) -> bytes:
     return struct.pack(f">{len(values)}i", *(round(65536 * float(value)) for value in values))
 
 
@@ -179,11 +167,8 @@ def profile(kind: bytes, connection: bytes, date: datetime, title: str, tags: Ma
             body += data + bytes(-len(data) % 4)
         table += struct.pack(">4sII", name, places[data], len(data))
     size = begin + len(body)
-    return _header(size, kind, connection, date) + table + body
-
-
-def _header(size: int, kind: bytes, connection: bytes, date: datetime) -> bytes:
-    """128 bytes: relative colorimetric by default, made on no certain platform."""
+    # 128 bytes: relative colorimetric by default, made on no certain platform
     when = (date.year, date.month, date.day, date.hour, date.minute, date.second)
     start = struct.pack(">I4xI4s4s4s6H4s", size, 0x02400000, kind, b"RGB ", connection, *when, b"acsp")
-    return start + bytes(24) + struct.pack(">I", 1) + _fixed(_D50) + bytes(48)
+    header = start + bytes(24) + struct.pack(">I", 1) + _pack_fixed(_D50) + bytes(48)
+    return header + table + body

@@ -46,17 +46,17 @@ _SHARES = np.linspace(0, 1, 1001)
 _FULL = 255  # of a level of 8 bits
 
 
-def curved(share: Any, strength: float) -> NDArray[np.float64]:
+def apply_curve(share: Any, strength: float) -> NDArray[np.float64]:
     """What an S of some strength, −.5 to .5, makes of colours as shares of the paper's, 0–1."""
     v = np.asarray(share, dtype=np.float64)
     return np.asarray(v + 2 * strength * v * (1 - v) * (2 * v - 1))
 
 
-def straightened(shown: Any, strength: float) -> NDArray[np.float64]:
-    """The colours, 0–1, of which `curved` makes `shown`."""
+def undo_curve(shown: Any, strength: float) -> NDArray[np.float64]:
+    """The colours, 0–1, of which `apply_curve` makes `shown`."""
     if not strength:
         return np.asarray(shown, dtype=np.float64)
-    return np.asarray(np.interp(shown, curved(_SHARES, strength), _SHARES))
+    return np.asarray(np.interp(shown, apply_curve(_SHARES, strength), _SHARES))
 
 
 def chart_contrast(device: ArrayLike, scanned: ArrayLike) -> float:
@@ -95,11 +95,11 @@ def _ramps(levels: NDArray[np.int_], shares: Array) -> Iterable[tuple[Array, int
 
 def _bend_error(ramp: Array, leading: int, strength: float) -> float:
     """Sum of squares by which a ramp is off a straight line without an S, in the power that makes it straightest."""
-    straight = np.maximum(straightened(ramp, strength), _DARKEST) ** (1 / _RAMP_POWERS[:, None, None])
+    straight = np.maximum(undo_curve(ramp, strength), _DARKEST) ** (1 / _RAMP_POWERS[:, None, None])
     paper, full = straight[:, :1], straight[:, -1:]
     ink = (straight - paper)[..., leading] / (full - paper)[..., leading]
     line = paper + ink[..., None] * (full - paper)
-    back = curved(np.maximum(line, 1e-6) ** _RAMP_POWERS[:, None, None], strength)
+    back = apply_curve(np.maximum(line, 1e-6) ** _RAMP_POWERS[:, None, None], strength)
     return float(np.square(back - ramp).sum(axis=(1, 2)).min())
 
 
@@ -131,11 +131,11 @@ class Tone:
     def __call__(self, share: Any) -> NDArray[np.float64]:
         """(n, 3) colours as shares of the paper's, of such (n, 3)."""
         (hand, chart), (before, after) = self.papers, self.contrasts
-        v = straightened(hand * np.asarray(share, dtype=np.float64), before) / straightened(hand, before)
+        v = undo_curve(hand * np.asarray(share, dtype=np.float64), before) / undo_curve(hand, before)
         light = np.maximum(v, 1e-3) ** _GAMMA
         light = light + self.gains * (1 - light)
         shown = np.maximum(light, 1e-5) ** (self.powers / _GAMMA)
-        return np.asarray(curved(straightened(chart, after) * shown, after) / chart)
+        return np.asarray(apply_curve(undo_curve(chart, after) * shown, after) / chart)
 
     def density(self, density: Density) -> Density:
         """(n, 3) densities that densities (n, 3) become."""
@@ -179,7 +179,7 @@ class InkMatch:
             object.__setattr__(self, name, readonly(getattr(self, name), 3))
 
     @property
-    def alike(self) -> bool:
+    def scans_alike(self) -> bool:
         """Whether both scans were made with the same settings, as far as can be seen."""
         return self.difference <= SAME and not self.contrast_differs
 
@@ -233,7 +233,7 @@ def match(
     shares = np.clip(np.exp(-inked[:: max(1, len(inked) // _MOST)]), 0, 1)
     papers = np.stack([from_paper, to_paper])
 
-    def explained(contrasts: tuple[float, float]) -> _Explanation:
+    def explain(contrasts: tuple[float, float]) -> _Explanation:
         plain = _of_contrasts(papers, contrasts)
         lines = strokes_in(hand, dpi, plain.density) if any(contrasts) else first
         if lines is None:
@@ -243,7 +243,7 @@ def match(
 
     # a contrast that only the hand's scan has cannot be told from another power
     pairs = [(0.0, contrast), (contrast, contrast)] if contrast else [(0.0, 0.0)]
-    explanations = [explained(pair) for pair in pairs]
+    explanations = [explain(pair) for pair in pairs]
     plainest = min(explanations, key=lambda explanation: explanation.left)
     if plainest.left <= SAME:  # neither power nor gain is needed
         tone = _of_contrasts(plainest.tone.papers, plainest.tone.contrasts)
@@ -267,11 +267,11 @@ def _fit_tone(hand: LineDensities, chart: LineDensities, plain: Tone) -> tuple[T
     def tone(x: Array) -> Tone:
         return Tone(np.exp(x[:3]), x[3:], plain.papers, plain.contrasts)
 
-    def off(x: Array) -> Array:
+    def residuals(x: Array) -> Array:
         pull = held * np.concatenate([_HELD[0] * (x[:3] - x[:3].mean()), _HELD[1] * x[3:]])
         return np.concatenate([(tone(x)(shares) - goals).ravel(), pull])
 
-    fitted = tone(least_squares(off, np.zeros(6)).x)
+    fitted = tone(least_squares(residuals, np.zeros(6)).x)
     return fitted, float(np.sqrt(np.mean((fitted(shares) - goals) ** 2)))
 
 

@@ -81,7 +81,9 @@ def strokes_in(density: Density, dpi: float, tone: Callable[[Density], Density] 
     depth = np.asarray(cv2.distanceTransform(lines, cv2.DIST_L2, 5)) * pixel
     away = np.asarray(cv2.distanceTransform(1 - lines, cv2.DIST_L2, 5)) * pixel
     beyond = np.where(lines > 0, pixel / 2 - depth, away - pixel / 2)
-    beyond[_filled_areas(depth, pixel)] = np.inf
+    # where something was filled in that is no line, with its edges
+    reach = 2 * math.ceil(_THICK / pixel) + 5
+    beyond[cv2.dilate((depth > _THICK).astype(np.uint8), np.ones((reach, reach), np.uint8)) > 0] = np.inf
     bounds = (-np.inf, *(max(_RING, pixel) * end for end in _ENDS))
     rings = tuple(density[(beyond > low) & (beyond <= high)].astype(np.float64) for low, high in pairwise(bounds))
     if not (beyond <= 0).any() or sum(map(len, rings[:2])) < LEAST:
@@ -100,11 +102,3 @@ def _core_density(dark: NDArray[Any]) -> float | None:
         return None
     # most of what is inked at all is edge: the core is found among the denser half
     return float(np.median(inked[inked > _HALF * np.quantile(inked, 0.95)]))
-
-
-def _filled_areas(depth: NDArray[Any], pixel: float) -> NDArray[np.bool_]:
-    """Where something was filled in that is no line, with its edges."""
-    import cv2
-
-    reach = 2 * math.ceil(_THICK / pixel) + 5
-    return np.asarray(cv2.dilate((depth > _THICK).astype(np.uint8), np.ones((reach, reach), np.uint8)) > 0)

@@ -6,7 +6,6 @@ import base64
 import html
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,9 +42,12 @@ def report(reading: ChartReading, title: str = "Colour chart", more: Sequence[tu
     """
     sections = [("Findings", _findings(reading)), *more]
     if len(reading.device):
-        sections += [("Ramps", _ramps(reading)), ("Patches that scatter most", _scatter(reading))]
-    for sheet in reading.sheets:
-        sections.append((f"Found on {sheet.scan.source}", _sheet(sheet)))
+        worst = np.argsort(-reading.deviation, kind="stable")[:_WORST]
+        rows = [_row(reading.device[i], reading.scanned[i], float(reading.deviation[i])) for i in worst.tolist()]
+        head = "<tr><th>sent</th><th></th><th>scanned</th><th></th><th>standard error, of 255</th></tr>"
+        sections.append(("Ramps", _ramps(reading)))
+        sections.append(("Patches that scatter most", f"<table>{head}{''.join(rows)}</table>"))
+    sections += [(f"Found on {sheet.scan.source}", _sheet(sheet)) for sheet in reading.sheets]
     return page(title, _summary(reading), sections)
 
 
@@ -164,24 +166,10 @@ def _curves(name: str, sent: Array, scanned: Array) -> str:
     )
 
 
-def _scatter(reading: ChartReading) -> str:
-    worst = np.argsort(-reading.deviation, kind="stable")[:_WORST]
-    rows = [_row(reading.device[i], reading.scanned[i], float(reading.deviation[i])) for i in worst.tolist()]
-    return (
-        "<table><tr><th>sent</th><th></th><th>scanned</th><th></th><th>standard error, of 255</th></tr>"
-        f"{''.join(rows)}</table>"
-    )
-
-
 def _row(device: Array, scanned: Array, deviation: float) -> str:
-    cells = "".join(f"<td>{_numbers(value)}</td><td>{_swatch(value)}</td>" for value in (device, scanned))
+    cells = ""
+    for colour in (device, scanned):
+        shown = ",".join(f"{255 * min(max(v, 0), 1):.0f}" for v in colour)
+        cells += f"<td>{' '.join(f'{255 * v:.0f}' for v in colour)}</td>"
+        cells += f'<td><span class="swatch" style="background:rgb({shown})"></span></td>'
     return f"<tr>{cells}<td>{deviation * 255:.2f}</td></tr>"
-
-
-def _numbers(colour: Any) -> str:
-    return " ".join(f"{255 * v:.0f}" for v in colour)
-
-
-def _swatch(colour: Any) -> str:
-    shown = ",".join(f"{255 * min(max(v, 0), 1):.0f}" for v in colour)
-    return f'<span class="swatch" style="background:rgb({shown})"></span>'

@@ -78,13 +78,13 @@ class ColourTable:
         """(3,) scanned RGB of the bare paper."""
         return np.asarray(self.scanned[-1, -1, -1])
 
-    def unclamped(self, scanned: Array | NDArray[np.float32]) -> NDArray[np.float32]:
+    def interpolate(self, scanned: Array | NDArray[np.float32]) -> NDArray[np.float32]:
         """(n, 3) device RGB of (n, 3) scanned RGB, as interpolated."""
         return look_up(self.nodes, scanned)
 
     def __call__(self, scanned: Array | NDArray[np.float32]) -> NDArray[np.float32]:
         """(n, 3) device RGB in 0–1 to send for (n, 3) wanted scanned RGB."""
-        return np.clip(self.unclamped(scanned), 0, 1)
+        return np.clip(self.interpolate(scanned), 0, 1)
 
 
 def build(model: Model, about: Mapping[str, str] | None = None, size: int = SIZE) -> ColourTable:
@@ -169,17 +169,17 @@ def apply(raster: Raster, table: ColourTable, paper: ArrayLike | None = None) ->
     inked = np.flatnonzero(pixels[:, 3] != 0)
     out = raster.rgba.copy()
     if len(inked):
-        out.reshape(-1, 4)[inked] = _matched(pixels.take(inked, axis=0), table, white)
+        out.reshape(-1, 4)[inked] = _match_ink(pixels.take(inked, axis=0), table, white)
     return Raster(out, raster.dpi, raster.origin)
 
 
-def _matched(ink: NDArray[np.float32], table: ColourTable, white: NDArray[np.float32]) -> NDArray[np.float32]:
+def _match_ink(ink: NDArray[np.float32], table: ColourTable, white: NDArray[np.float32]) -> NDArray[np.float32]:
     """(n, 4) RGBA in device RGB of (n, 4) RGBA with cover, in scanned RGB."""
     channels = np.ascontiguousarray(ink.T)
     cover, bare = channels[3], 1 - channels[3]
     wanted = cover * channels[:3] + bare * white[:, None]
     # the table's own error at the paper must not print a veil where there is next to no ink
-    veil = 1 - table.unclamped(white[None])
-    lack = np.clip(1 - table.unclamped(wanted.T).T - bare * veil.T, 0, 1)
+    veil = 1 - table.interpolate(white[None])
+    lack = np.clip(1 - table.interpolate(wanted.T).T - bare * veil.T, 0, 1)
     covers = np.maximum(cover, np.maximum(np.maximum(lack[0], lack[1]), lack[2]))
     return np.stack([*(1 - lack / covers), covers], axis=1)

@@ -172,7 +172,7 @@ class _Mender:
         """The vertices of a glyph with those of the strokes around it that are its neighbours'."""
         glyph = self._hand.glyphs[number]
         page, owner = self._hand.pages[glyph.page], self._owners[glyph.page]
-        beside, begin = page.graph.around
+        beside, begin = page.graph.neighbour_lists
         allowed = np.isin(owner, [number, *({glyph.before, glyph.after} - {NOBODY})])
         allowed[vertices] = False
         added = list[int]()
@@ -238,7 +238,7 @@ def _stroke(
     most : x-heights of its length.
     whole : whether the vertex of the fork is with it.
     """
-    beside, begin = page.graph.around
+    beside, begin = page.graph.neighbour_lists
     uv, length, here = page.graph.uv, 0.0, start
     path = list[int]()
     while length <= most * page.x_height / page.pixel:

@@ -26,7 +26,7 @@ from handout.errors import InputError
 from handout.hand.diacritics import DOTLESS, NAMES
 from handout.hand.protocol import Repertoire
 from handout.summary import as_svg, one_line
-from handout.tables import loaded
+from handout.tables import load_table
 from handout.values import Array, Glyph, readonly
 
 _HOUSE = Path(__file__).resolve().parent / "house"
@@ -191,7 +191,7 @@ def read(path: Path) -> Hand:
         Not TOML, an unknown key, an entry that is not defined, or points that are not numbers.
     """
     try:
-        file = msgspec.convert(loaded(path, "a drawn hand"), _File)
+        file = msgspec.convert(load_table(path, "a drawn hand"), _File)
     except msgspec.ValidationError as error:
         raise InputError(f"{path}: cannot be read as a drawn hand: {error}.") from error
     for key, (least, greatest) in _BOUNDS.items():

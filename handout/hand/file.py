@@ -99,7 +99,7 @@ def save(hand: ScannedHand, path: Path, *, packed: bool = False) -> None:
 def record(source: Path, path: Path, before: ScannedHand, after: ScannedHand, entry: JournalEntry) -> CorrectionJournal:
     """Write the hand of `source` to `path` with one entry more in its journal; entries that were undone are forgotten.
 
-    Whoever calls this holds both files (`atomic.held`) since before `before` was loaded.
+    Whoever calls this holds both files (`atomic.hold_file`) since before `before` was loaded.
 
     Parameters
     ----------
@@ -231,7 +231,7 @@ def _write(path: Path, data: bytes, inks: Collection[int] | None = None) -> None
         raise InputError(
             f"{path} is not written, because it could not be read back; that is a fault of this program. {error}"
         ) from error
-    with atomic.held(path):
+    with atomic.hold_file(path):
         atomic.write(path, data)
 
 

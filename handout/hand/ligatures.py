@@ -28,7 +28,7 @@ class LigatureFinder:
     def __init__(self, page: ScannedPage, owner: Indices) -> None:
         self._page = page
         self._owner = owner
-        self._beside, self._begin = page.graph.around
+        self._beside, self._begin = page.graph.neighbour_lists
         self._unit = page.x_height / page.pixel
 
     def between(self, first: int, second: int, line: int) -> tuple[Ligature, ...]:

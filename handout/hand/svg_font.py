@@ -148,7 +148,7 @@ def _glyph(letter: str, paths: list[Array], advance: float, unit: float) -> Glyp
     reach = max(abs(advance), *(float(np.abs(path).max()) for path in paths)) / unit
     if not reach <= FURTHEST:
         raise InputError(f"The glyph of {letter!r} reaches {reach:.4g} x-heights from its origin; at most {FURTHEST}.")
-    strokes = tuple(aims(pathdata.flattened(path / unit, _FINE)[0]) for path in paths)
+    strokes = tuple(aims(pathdata.flatten_path(path / unit, _FINE)[0]) for path in paths)
     right = max(float(stroke[:, 0].max()) for stroke in strokes)
     return Glyph(letter, strokes, (False,) * len(strokes), advance / unit if advance > 0 else right + 0.3)
 

@@ -36,7 +36,7 @@ class Curve:
     t: Array
     points: Array
 
-    def at(self, t: Array) -> Array:
+    def places_at(self, t: Array) -> Array:
         """(n, 2) float, mm: where the pen is at the times `t` (n,), held at both ends."""
         if len(self.t) < 2:
             return np.repeat(self.points[:1], len(t), axis=0)
@@ -78,13 +78,13 @@ def fit(strokes: Sequence[Stroke], tolerance: float = TOLERANCE) -> list[Curve]:
     """
     if not strokes:
         return []
-    row = _Row(strokes)
-    knots = _merge(row, _split(row, tolerance), tolerance)
+    row = _SampleRow(strokes)
+    knots = _merge(row, _split_pieces(row, tolerance), tolerance)
     places = np.searchsorted(knots, row.ends)
     return [_curve(row, knots[a:b]) for a, b in zip([0, *places[:-1]], places, strict=True)]
 
 
-class _Row:
+class _SampleRow:
     """The samples of all strokes in one row, so that a page is fitted at once, and the reference through them.
 
     Points are complex numbers x + i y here: numpy is much faster along one row than along pairs.
@@ -149,7 +149,7 @@ def _interleave(at: NDArray[_Number], half_step: NDArray[_Number]) -> NDArray[_N
     return both
 
 
-def _split(row: _Row, tolerance: float) -> _Index:
+def _split_pieces(row: _SampleRow, tolerance: float) -> _Index:
     """Knots by halving every piece that is not within the tolerance."""
     # longer pieces are hardly ever within it, so trying them would only take time
     last = np.repeat(row.ends - 1, row.ends - row.starts)
@@ -167,7 +167,7 @@ def _split(row: _Row, tolerance: float) -> _Index:
     return np.unique(np.concatenate(places))
 
 
-def _merge(row: _Row, knots: _Index, tolerance: float) -> _Index:
+def _merge(row: _SampleRow, knots: _Index, tolerance: float) -> _Index:
     """Knots without those that halving put where none is needed."""
     fixed = np.zeros(len(row.t), dtype=bool)
     fixed[row.starts] = fixed[row.ends - 1] = True
@@ -184,7 +184,7 @@ def _merge(row: _Row, knots: _Index, tolerance: float) -> _Index:
     return knots
 
 
-def _curve(row: _Row, knots: _Index) -> Curve:
+def _curve(row: _SampleRow, knots: _Index) -> Curve:
     t, z = row.t[knots], row.z[knots]
     points = np.empty(3 * len(knots) - 2, dtype=np.complex128)
     points[::3] = z

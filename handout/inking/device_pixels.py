@@ -27,7 +27,7 @@ class DevicePixels:
     dpi: float
     origin: tuple[float, float] = (0.0, 0.0)
 
-    def cropped(self) -> tuple[NDArray[np.uint8], int, int] | None:
+    def crop_white(self) -> tuple[NDArray[np.uint8], int, int] | None:
         """What is not white, and the pixel of the sheet that its corner lies on; None if all is."""
         # a row's bytes as one: numpy takes many times as long over two axes at once
         rows = np.flatnonzero(self.rgb.reshape(len(self.rgb), -1).min(axis=1, initial=WHITE) != WHITE)
@@ -39,9 +39,9 @@ class DevicePixels:
         left = int(columns[0])
         return inked[:, left : int(columns[-1]) + 1], x + left, y + top
 
-    def trimmed(self) -> DevicePixels:
+    def trim_white(self) -> DevicePixels:
         """The same without the white around it, as a copy; itself, if all is white."""
-        found = self.cropped()
+        found = self.crop_white()
         if found is None:
             return self
         rgb, x, y = found

@@ -92,7 +92,7 @@ class Pieces:
 
 
 @dataclass(frozen=True, eq=False)
-class _Way:
+class _FlowWay:
     """The middle of all strokes' pieces: places, and how the hand moves there.  All (m,)."""
 
     a: NDArray[np.complex128]
@@ -117,7 +117,7 @@ def pieces(drawing: Drawing, width: float, flow: Flow, rng: np.random.Generator)
     """All pieces of a drawing that has strokes, as a pen of a nominal width (mm) leaves them."""
     fitted = curves.fit(drawing.strokes)
     ways = [_way(stroke, curve) for stroke, curve in zip(drawing.strokes, fitted, strict=True)]
-    way = _Way(*(np.concatenate(channel) for channel in zip(*ways, strict=True)))
+    way = _FlowWay(*(np.concatenate(channel) for channel in zip(*ways, strict=True)))
     rest = 1 - np.exp(-way.dwell / flow.patience)
     press = np.clip(way.pressure, 0.0, 1.0)
     dots, staying, ample = _resting(way, flow, [len(channels[0]) for channels in ways], rng.spawn(1)[0])
@@ -138,7 +138,7 @@ def pieces(drawing: Drawing, width: float, flow: Flow, rng: np.random.Generator)
 
 
 def _resting(
-    way: _Way, flow: Flow, sizes: list[int], rng: np.random.Generator
+    way: _FlowWay, flow: Flow, sizes: list[int], rng: np.random.Generator
 ) -> tuple[Array, NDArray[np.bool_], Array]:
     """(m,) each: what dots at the ends of strokes add to the width, which pieces end at rest, factors of the amount.
 
@@ -160,10 +160,10 @@ def _resting(
 
 
 def _way(stroke: Stroke, curve: curves.Curve) -> tuple[Any, ...]:
-    """The channels of `_Way` for one stroke; a dot becomes a piece hardly longer than nothing."""
+    """The channels of `_FlowWay` for one stroke; a dot becomes a piece hardly longer than nothing."""
     n = len(stroke.t)
     t = np.interp(np.arange(_FINER * (n - 1) + 1) / _FINER, np.arange(n), stroke.t)
-    z = curve.at(t) @ np.array([1, 1j])
+    z = curve.places_at(t) @ np.array([1, 1j])
     far = np.r_[0.0, np.cumsum(np.abs(np.diff(z)))]
     # the length must grow even where the pen rests, so that time can be interpolated over it
     far = far + np.arange(len(far)) * 1e-9
@@ -176,7 +176,11 @@ def _way(stroke: Stroke, curve: curves.Curve) -> tuple[Any, ...]:
     speed = np.abs(np.diff(place)) / np.maximum(span, 1e-6)
     middle = (clock[:-1] + clock[1:]) / 2
     dwell = np.maximum(span - np.abs(np.diff(place)) / PACE, 0.0)
-    press = _pressure(stroke, middle, place, speed)
+    if stroke.pressure is not None:
+        press = np.interp(middle, stroke.t, stroke.pressure)
+    else:  # a usual one: higher downwards and where it is slow
+        down = np.diff(place).imag / np.maximum(np.abs(np.diff(place)), 1e-9)
+        press = np.asarray(PRESSURE + 0.1 * lean(speed) + 0.1 * down)
     width = np.full(count, np.nan) if stroke.width is None else np.interp(middle, stroke.t, stroke.width)
     length = np.full(count, np.abs(np.diff(place)).sum())
     nib = np.zeros(count, dtype=np.complex128)
@@ -195,16 +199,7 @@ def width_across(nib: NDArray[np.complex128], way: NDArray[np.complex128]) -> Ar
     return np.asarray(2 * np.abs(nib) * (np.abs(along.imag) + NIB_THICKNESS * np.abs(along.real)))
 
 
-def _pressure(stroke: Stroke, t: Array, place: NDArray[np.complex128], speed: Array) -> Array:
-    """(m,): the pressure recorded for the stroke, else a usual one: higher downwards and where it is slow."""
-    if stroke.pressure is not None:
-        return np.interp(t, stroke.t, stroke.pressure)
-    step = np.diff(place)
-    down = step.imag / np.maximum(np.abs(step), 1e-9)
-    return np.asarray(PRESSURE + 0.1 * lean(speed) + 0.1 * down)
-
-
-def _add_noise(way: _Way, radius: Array, load: Array, flow: Flow, rng: np.random.Generator) -> Pieces:
+def _add_noise(way: _FlowWay, radius: Array, load: Array, flow: Flow, rng: np.random.Generator) -> Pieces:
     """Pieces with the noise of the pen; it is drawn in the same order for all pens, whether they use it or not."""
     m = len(radius)
     drift, patch = _smooth_noise(rng, m, 1.2), _smooth_noise(rng, m, 0.2)

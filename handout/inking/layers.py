@@ -126,6 +126,12 @@ def part_layers(a: GlyphLayer, b: GlyphLayer) -> tuple[GlyphLayer, GlyphLayer]:
     return _clear_pixels(a, window, both & from_a), _clear_pixels(b, window, both & ~from_a)
 
 
+def _grow_mask(mask: _Mask) -> _Mask:
+    import cv2
+
+    return np.asarray(cv2.dilate(mask.view(np.uint8), np.ones((3, 3), np.uint8)), dtype=bool)
+
+
 def _shared_vertices(layer: GlyphLayer, other: GlyphLayer) -> _Mask:
     """Vertices (n,) of a layer that lie on the other's line."""
     from scipy.spatial import cKDTree
@@ -153,12 +159,6 @@ def _ending(layer: GlyphLayer) -> _Mask:
 def _part(near: NDArray[np.int32], vertices: _Mask) -> _Mask:
     """Pixels (h, w) whose nearest vertex is one of those."""
     return np.asarray((near >= 0) & vertices[near])
-
-
-def _grow_mask(mask: _Mask) -> _Mask:
-    import cv2
-
-    return np.asarray(cv2.dilate(mask.view(np.uint8), np.ones((3, 3), np.uint8)), dtype=bool)
 
 
 def _clear_pixels(layer: GlyphLayer, window: tuple[int, int, int, int], gone: _Mask) -> GlyphLayer:

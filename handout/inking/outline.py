@@ -66,9 +66,9 @@ def reach(stroke: Stroke) -> float:
 def pieces(stroke: Stroke, curve: Curve) -> list[Array]:
     """Closed polygons (k, 2), mm, all turning the same way; the mark of the stroke is their union."""
     if stroke.nib > 0:
-        return _swept(stroke, curve)
+        return _sweep_nib(stroke, curve)
     t = _times(curve)
-    place = curve.at(t)
+    place = curve.places_at(t)
     moved = np.concatenate([[True], np.hypot(*np.diff(place, axis=0).T) > _STILL])
     t, place = t[moved], place[moved]
     if len(t) < 2:  # a dot is as wide as the pen ever was on it
@@ -119,13 +119,13 @@ def _ribbons(place: Array, radius: Array, ends: Indices) -> list[Array]:
     return [_orient(np.concatenate([left[part], right[part][::-1]])) for part in parts]
 
 
-def _swept(stroke: Stroke, curve: Curve) -> list[Array]:
+def _sweep_nib(stroke: Stroke, curve: Curve) -> list[Array]:
     """The ways of a flat nib's edge along the chords of a curve."""
     from scipy.spatial import ConvexHull
 
     t = _times(curve)
     edges = np.column_stack([np.interp(t, stroke.t, side) for side in edge(stroke).T])
-    place = curve.at(t)
+    place = curve.places_at(t)
     if len(t) == 1:
         t, edges, place = np.repeat(t, 2), np.repeat(edges, 2, axis=0), np.repeat(place, 2, axis=0)
     along = edges / np.maximum(np.linalg.norm(edges, axis=1, keepdims=True), 1e-12)
@@ -187,7 +187,9 @@ def areas(raster: Raster) -> list[tuple[str, list[Array]]]:
     edges = [edge for edge in contours(share, _HALF) if len(edge) > 3]
     # a pixel's middle lies half a pixel from its corner, and there is one pixel of padding
     places = [(edge[:, ::-1] - 0.5) / scale + raster.origin for edge in edges]
-    kept = [at for at, place in enumerate(places) if abs(_area(place)) >= _SMALLEST]
+    # mm² of each, below 0 where it turns the other way
+    areas = [float(x[:-1] @ y[1:] - y[:-1] @ x[1:]) / 2 for x, y in (place.T for place in places)]
+    kept = [at for at, area in enumerate(areas) if abs(area) >= _SMALLEST]
     if not kept:
         return []
     count, label = cv2.connectedComponents((share > _HALF).astype(np.uint8), connectivity=4)
@@ -219,9 +221,3 @@ def _inks(raster: Raster, label: Indices, count: int) -> tuple[Indices, list[str
         shade = 1 - sums[kind == number].sum(axis=0) / amount[number]
         colours[rank[number]] = "#{:02x}{:02x}{:02x}".format(*np.rint(255 * np.clip(shade, 0, 1)).astype(int))
     return np.concatenate([[0], rank[kind]]), colours
-
-
-def _area(polygon: Array) -> float:
-    """mm² of a closed polygon (n, 2), below 0 where it turns the other way."""
-    x, y = polygon.T
-    return float(x[:-1] @ y[1:] - y[:-1] @ x[1:]) / 2

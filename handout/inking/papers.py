@@ -28,7 +28,7 @@ class Tooth:
 
     tile: NDArray[np.float32]
 
-    def at(self, x: NDArray[np.floating[Any]], y: NDArray[np.floating[Any]]) -> NDArray[np.float32]:
+    def heights_at(self, x: NDArray[np.floating[Any]], y: NDArray[np.floating[Any]]) -> NDArray[np.float32]:
         """Heights at places in mm, (n,)."""
         n = len(self.tile)
         row = (y * (1 / _TOOTH_STEP)).astype(np.int64) % n
@@ -106,7 +106,7 @@ class Paper:
             raise InputError(f"paper: a first line {self.first:g} mm from the top is outside 0 to 2000 mm.")
 
 
-def named(text: str) -> Paper:
+def parse_paper(text: str) -> Paper:
     """The paper of a name, a name and the distance of its lines (and its first rule), or a file.
 
     Raises
@@ -130,7 +130,7 @@ def named(text: str) -> Paper:
     return Paper(text)
 
 
-def under(paper: Paper, about: Mapping[str, Any]) -> Paper:
+def place_lines(paper: Paper, about: Mapping[str, Any]) -> Paper:
     """The paper with its lines where those of a page lie, as far as `Drawing.about` says so and it has none yet.
 
     Ruled paper without a pitch of its own takes that of the writing.
@@ -186,7 +186,7 @@ def _make_sheet(paper: Paper, size: tuple[int, int], unit: float, surface: Tooth
     sheet = np.empty((height, width, 3), dtype=np.uint8)
     for top in range(0, height, _ROWS):
         y = (np.arange(top, min(top + _ROWS, height)) + 0.5) * unit
-        light = 1 + np.float32(_TOOTH_DEPTH) * surface.at(x[None, :], y[:, None])
+        light = 1 + np.float32(_TOOTH_DEPTH) * surface.heights_at(x[None, :], y[:, None])
         if paper.name == "laid":
             # made on a mould of wires, the paper is a little thinner and darker along each of them
             wires = 1 - 0.010 * np.cos(2 * np.pi / _LAID * y) ** 2

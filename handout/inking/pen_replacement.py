@@ -79,7 +79,7 @@ _VERTEX_STEP = 0.08  # mm between vertices of the new line
 
 
 @dataclass(frozen=True, eq=False)
-class _Piece:
+class _LinePiece:
     """A part of a written line that one swatch is laid on.
 
     layer : 0 or 1: pieces of one layer follow each other, those of the other lie across their ends.
@@ -152,7 +152,12 @@ def _rewrite_words(words: Sequence[Sequence[Placed]], pen: Swatches, usual: floa
     if not lines:
         return [[] for _ in words]
     follows = [b.track is a.track for a, b in pairwise(chain.from_iterable(lines))]
-    features = [_features(pieces, wanted) for pieces in lines]
+    features = [
+        pieces[0].track.features(
+            np.array([piece.start for piece in pieces]), max(pieces[0].end - pieces[0].start, 1e-6), wanted
+        )
+        for pieces in lines
+    ]
     chosen = iter(pen.choose(np.concatenate(features), np.array([False, *follows])).tolist())
     inked = []
     for word, lines_of_word in zip(words, cut, strict=True):
@@ -163,29 +168,21 @@ def _rewrite_words(words: Sequence[Sequence[Placed]], pen: Swatches, usual: floa
     return inked
 
 
-def _pieces_of(word: Sequence[Placed], usual: float, wanted: float, length: float) -> list[list[_Piece]]:
+def _pieces_of(word: Sequence[Placed], usual: float, wanted: float, length: float) -> list[list[_LinePiece]]:
     """The pieces of every line of a word, `length` mm long; half the width of its line, `usual`, becomes `wanted`."""
     graph = weld_graphs([placed.ink.graph for placed in word if placed.ink is not None])
     resized = LineGraph(graph.xy, graph.radius * wanted / usual, graph.density, graph.uv, graph.edges)
-    return [_cut_track(track, length) for track in tracks(resized)]
+    pieces = []
+    for track in tracks(resized):
+        count = 2 * max(1, round(track.length / length))
+        at = np.linspace(0, track.length, count + 1).tolist()
+        # in order, each half over the one before
+        halves = [_LinePiece(track, at[i], at[i + 2], i % 2) for i in range(count - 1)]
+        pieces.append(halves if track.length else [_LinePiece(track, 0.0, 0.0, 0)])
+    return pieces
 
 
-def _features(pieces: Sequence[_Piece], half_width: float) -> Array:
-    """(n, FEATURES): of the pieces of one line; see `Track.features`."""
-    start = np.array([piece.start for piece in pieces])
-    return pieces[0].track.features(start, max(pieces[0].end - pieces[0].start, 1e-6), half_width)
-
-
-def _cut_track(track: Track, length: float) -> list[_Piece]:
-    """The pieces of a line in order, each half over the one before."""
-    count = 2 * max(1, round(track.length / length))
-    at = np.linspace(0, track.length, count + 1).tolist()
-    if track.length == 0:
-        return [_Piece(track, 0.0, 0.0, 0)]
-    return [_Piece(track, at[i], at[i + 2], i % 2) for i in range(count - 1)]
-
-
-def _layer(pieces: Sequence[_Piece], chosen: Sequence[int], layer: int, pen: Swatches, larger: float) -> Ink | None:
+def _layer(pieces: Sequence[_LinePiece], chosen: Sequence[int], layer: int, pen: Swatches, larger: float) -> Ink | None:
     """One of the two layers of a word."""
     parts = [
         _swatch_rows(piece, pen.tracks[pen.track[number]], float(pen.start[number]), larger, pen.length)
@@ -201,7 +198,7 @@ def _layer(pieces: Sequence[_Piece], chosen: Sequence[int], layer: int, pen: Swa
 
 
 def _swatch_rows(
-    piece: _Piece, swatch: Track, start: float, larger: float, length: float
+    piece: _LinePiece, swatch: Track, start: float, larger: float, length: float
 ) -> tuple[Array, Array, Array, Array]:
     """Places, radii, densities and places in the picture of a piece with a swatch on it, at the pen's own scale."""
     long = piece.end - piece.start
@@ -249,22 +246,18 @@ def add_strokes(page: Manuscript, written: Manuscript, sample: ScannedHand) -> M
 
 def _strokes_as_line(placed: Placed, sample: ScannedHand) -> Placed:
     """Strokes as a line without ink."""
-    ways = [_way(stroke) for stroke in placed.strokes]
+    from handout.motion.optimal_control import follow
+
+    ways = list[Array]()
+    for stroke in placed.strokes:  # as a hand goes them
+        _, xy = follow(ActionPlan(stroke, 1.0, _SMOOTH), baked_at=_SMOOTH)
+        ways.append(xy[np.concatenate([[True], (np.abs(np.diff(xy, axis=0)) > 1e-9).any(axis=1)])])
     first = np.cumsum([0, *map(len, ways)])
     edges = [np.column_stack([np.arange(a, b - 1), np.arange(a + 1, b)]) for a, b in pairwise(first.tolist())]
     count = int(first[-1])
     radius = np.full(count, half_width(sample))
     graph = LineGraph(np.concatenate(ways), radius, np.ones(count), np.zeros((count, 2)), np.concatenate(edges))
     return Placed(Glyph("", (), (), 0.0), (), False, placed.word, placed.at, Ink(graph, NO_PAGE, NOBODY))
-
-
-def _way(points: Array) -> Array:
-    """The way of the pen through some points, as a hand goes it."""
-    from handout.motion.optimal_control import follow
-
-    _, xy = follow(ActionPlan(points, 1.0, _SMOOTH), baked_at=_SMOOTH)
-    moved = np.concatenate([[True], (np.abs(np.diff(xy, axis=0)) > 1e-9).any(axis=1)])
-    return np.asarray(xy[moved])
 
 
 def ink_drawing(manuscript: Manuscript, hand: ScannedHand, pen: ScannedHand | None = None) -> Drawing:
@@ -289,14 +282,10 @@ def ink_drawing(manuscript: Manuscript, hand: ScannedHand, pen: ScannedHand | No
         letters = replace_pen(manuscript, pen)
         about["pen"] = pen.name
     written = add_strokes(letters, manuscript, pen or hand)
-    return Drawing((), manuscript.page, about, partial(texture, written, pen or hand), _bounds(written))
-
-
-def _bounds(manuscript: Manuscript) -> tuple[float, float, float, float] | None:
-    """Where the ink of a page lies, mm."""
-    inks = [placed.ink.graph for line in manuscript.lines for placed in line.placed if placed.ink is not None]
-    if not inks:
-        return None
-    xy = np.concatenate([graph.xy for graph in inks])
-    radius = np.concatenate([graph.radius for graph in inks])[:, None]
-    return (*(xy - radius).min(axis=0).tolist(), *(xy + radius).max(axis=0).tolist())
+    inks = [placed.ink.graph for line in written.lines for placed in line.placed if placed.ink is not None]
+    bounds = None
+    if inks:
+        xy = np.concatenate([graph.xy for graph in inks])
+        radius = np.concatenate([graph.radius for graph in inks])[:, None]
+        bounds = (*(xy - radius).min(axis=0).tolist(), *(xy + radius).max(axis=0).tolist())
+    return Drawing((), manuscript.page, about, partial(texture, written, pen or hand), bounds)

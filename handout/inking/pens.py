@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from handout.inking import flow, footprints, papers, plain
 from handout.inking.deposit import Ground
 from handout.inking.flow import Flow
-from handout.inking.papers import Tooth, tooth
+from handout.inking.papers import tooth
 from handout.inking.pen import BY_FOOTPRINT, Pen, is_brush, rgb
 from handout.values import Drawing, Raster
 
@@ -230,7 +230,11 @@ def pass_light(
         most = np.maximum.reduce([cells[:, i, :, j] for i in range(fine) for j in range(fine)])
         row, column = np.divmod(np.flatnonzero(most), right - left)
         some = cells.swapaxes(1, 2)[row, column].reshape(len(row), fine * fine)
-        under = _heights(surface, row + top, column + left, fine, 25.4 / dpi)
+        # heights of the paper under the parts of these pixels
+        part = (np.arange(fine) + 0.5) / fine
+        y = ((row + top)[:, None, None] + part[:, None]) * (25.4 / dpi)
+        x = ((column + left)[:, None, None] + part) * (25.4 / dpi)
+        under = surface.heights_at(*np.broadcast_arrays(x, y)).reshape(len(row), fine * fine)
         # Thick ink is not only darker but greyer than thin ink, as seen in scans of blue ballpoint: the share that all
         # channels have in common grows with the square of the density.
         density = model.finish(some, under)
@@ -239,13 +243,3 @@ def pass_light(
         more = density * (density - 1) * np.float32(grey)
         light = np.stack([np.exp(-density * k - more).mean(axis=1) for k in absorbed], axis=1)
         yield (row + top) * width + column + left, light.astype(np.float32)
-
-
-def _heights(
-    surface: Tooth, row: NDArray[np.intp], column: NDArray[np.intp], fine: int, unit: float
-) -> NDArray[np.float32]:
-    """(n, fine²) heights of the paper under the parts of pixels of `unit` mm."""
-    part = (np.arange(fine) + 0.5) / fine
-    y = (row[:, None, None] + part[:, None]) * unit
-    x = (column[:, None, None] + part) * unit
-    return surface.at(*np.broadcast_arrays(x, y)).reshape(len(row), fine * fine)

@@ -193,18 +193,18 @@ def _pieces(drawing: Drawing, scale: float, width: float, variation: float) -> _
     count = np.maximum(np.sqrt(0.75 * bend / _FLAT), length / (_LONGEST * scale))
     m = np.clip(np.ceil(count), 1, _MOST_PIECES).astype(np.intp)
     k = np.arange(m.sum()) - np.repeat(np.cumsum(m) - m, m)
-    line = _Line(drawing, width, variation)
+    line = _LineWidths(drawing, width, variation)
     ends = []
     for u in (k / np.repeat(m, m), (k + 1) / np.repeat(m, m)):
         a, b, c, d = (np.repeat(row, m) for row in control)
         v = 1 - u
         t = np.repeat(beziers.t[0], m) * v + np.repeat(beziers.t[1], m) * u
         ends += [v * v * (v * a + 3 * u * b) + u * u * (3 * v * c + u * d)]
-        ends += [line.at(np.repeat(beziers.stroke, m), t) * (scale / 2)]
+        ends += [line.width_at(np.repeat(beziers.stroke, m), t) * (scale / 2)]
     return _Pieces(ends[0], ends[2], ends[1], ends[3])
 
 
-class _Line:
+class _LineWidths:
     """Width of the line at any time of any stroke, interpolated over all samples on one continuous clock."""
 
     def __init__(self, drawing: Drawing, width: float, variation: float) -> None:
@@ -216,7 +216,7 @@ class _Line:
         self._clock = np.concatenate([s.t + shift for s, shift in zip(strokes, self._shift, strict=True)])
         self._width = np.concatenate([widths(s, width, variation, pace) for s in strokes])
 
-    def at(self, stroke: NDArray[np.intp], t: Array) -> Array:
+    def width_at(self, stroke: NDArray[np.intp], t: Array) -> Array:
         """Width, mm, of the strokes of these indices at these times."""
         return np.asarray(np.interp(t + self._shift[stroke], self._clock, self._width))
 
@@ -265,18 +265,15 @@ def _cover(
     edge = np.abs(inside) < _CORNER
     normal = along / np.sqrt(square) * 1j + (along == 0)
     side = np.broadcast_to(normal[:, None, None], d.shape)[edge] * np.float32(1e-3)
-    cover[edge] = _strip(d[edge], r[edge], np.abs(dx[edge]) + np.abs(side.real), np.abs(dy[edge]) + np.abs(side.imag))
-    return (cover * 255 + np.float32(0.5)).astype(np.uint8)
-
-
-def _strip(d: _Pixels, r: _Pixels, x: _Pixels, y: _Pixels) -> _Pixels:
-    """Share of a pixel that lies within `r` of a line whose distance from its centre is `d`, towards (x, y)."""
+    # the share of a pixel that lies within `r` of a line whose distance from its centre is `d`, towards (x, y)
+    d, r, x, y = d[edge], r[edge], np.abs(dx[edge]) + np.abs(side.real), np.abs(dy[edge]) + np.abs(side.imag)
     norm = np.sqrt(x * x + y * y)
     long, short = np.maximum(x, y) / norm, np.maximum(np.minimum(x, y) / norm, np.float32(1e-3))
     share = _half(r - d, long, short)
     thin = r + d < _CORNER
     share[thin] -= _half(-r[thin] - d[thin], long[thin], short[thin])
-    return share
+    cover[edge] = share
+    return (cover * 255 + np.float32(0.5)).astype(np.uint8)
 
 
 def _half(s: _Pixels, long: _Pixels, short: _Pixels) -> _Pixels:

@@ -63,7 +63,7 @@ class InkSource:
         return last[1:]
 
     @cached_property
-    def premultiplied(self) -> NDArray[np.uint8]:
+    def premultiplied_ink(self) -> NDArray[np.uint8]:
         """(h, w, 4) uint8: all ink of the page, from the corner of its texture."""
         ink = self.page.texture.rgba.copy()
         alpha = ink[:, :, 3].astype(np.uint16)
@@ -85,14 +85,14 @@ class InkSource:
         box : (left, top, right, bottom), pixels; outside the picture there is no ink.
         uv : (n, 2) float: vertices of the line; ink nearer to another line of the page is left out; None: none is.
         """
-        ink = self._cut(box)
+        ink = self._cut_box(box)
         if uv is not None:
             mine, others = self._vertices(box, uv)
             if len(others):
-                ink *= self._kept(box, mine, others)[:, :, None]
+                ink *= self._find_own_share(box, mine, others)[:, :, None]
         return ink
 
-    def _cut(self, box: Box) -> _Pixels:
+    def _cut_box(self, box: Box) -> _Pixels:
         left, top, right, bottom = box
         x, y = self.page.texture.corner
         h, w = self.page.texture.shape
@@ -115,7 +115,7 @@ class InkSource:
         y = self.page.graph.uv[near, 1]
         return mine, np.setdiff1d(near[(y > top) & (y < bottom - 1)], mine, assume_unique=True)
 
-    def _kept(self, box: Box, mine: NDArray[np.intp], others: NDArray[np.intp]) -> _Pixels:
+    def _find_own_share(self, box: Box, mine: NDArray[np.intp], others: NDArray[np.intp]) -> _Pixels:
         """(h, w) 0–1: 1 at pixels nearer to the glyph's line than to other lines, with a soft edge around them.
 
         Where the line goes on into another letter it is cut off round, as a pen's line ends.
@@ -223,14 +223,14 @@ def course(ink: Ink, source: InkSource, scale: float) -> Course:
     ends = np.concatenate([[0], np.cumsum(size)])
     spread = csr_matrix(((1 / size)[rows[order]], other[order], ends), shape=(count, count))
 
-    def around(values: _Complex) -> _Complex:
+    def sum_around(values: _Complex) -> _Complex:
         """(n,) sums over the edges at each vertex."""
         at, twice = np.concatenate([a, b]), np.concatenate([values, values])
         total = np.bincount(at, twice.real, count) + 1j * np.bincount(at, twice.imag, count)
         return np.asarray(total + _SHARE * values.sum())
 
     step_square, narrow, length, direction = (
-        around(values)
+        sum_around(values)
         for values in (np.abs(step) ** 2 + 0j, np.conj(step) * cut, np.abs(step) * np.abs(cut) + 0j, step**2)
     )
     radius, source_radius = graph.radius * scale, source.radius_at(graph.uv)
@@ -267,10 +267,10 @@ def _finer(line: Course, a: NDArray[np.intp], b: NDArray[np.intp], length: NDArr
     part = (np.arange(len(edge)) - np.repeat(np.cumsum(more) - more, more) + 1) / (more[edge] + 1)
     a, b = a[edge], b[edge]
 
-    def both(values: NDArray[Any]) -> NDArray[Any]:
+    def append_between(values: NDArray[Any]) -> NDArray[Any]:
         return np.concatenate([values, values[a] * (1 - part) + values[b] * part])
 
     loose = np.concatenate([line.loose, np.zeros(len(edge), dtype=bool)])
     parts = (line.at, line.uv, line.radius, line.turn, line.width, line.twice)
-    at, uv, radius, turn, width, twice = (both(values) for values in parts)
+    at, uv, radius, turn, width, twice = (append_between(values) for values in parts)
     return Course(at, uv, radius, turn, width, twice, loose)

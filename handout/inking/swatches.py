@@ -128,7 +128,7 @@ class Swatches:
         return cKDTree(self.features)
 
     @cached_property
-    def _same(self) -> Indices:
+    def _piece_numbers(self) -> Indices:
         """(k,) int: one number for pieces that overlap, which are one and the same to the eye."""
         place = np.floor(self.start / (self.length / 2)).astype(np.intp)
         first = np.concatenate([[True], (np.diff(self.track) != 0) | (np.diff(place) != 0)])
@@ -141,7 +141,7 @@ class Swatches:
         """
         near, at = self._tree.query(wanted, k=min(_LIKE, len(self.features)))
         near, at = near.reshape(len(wanted), -1), at.reshape(len(wanted), -1)
-        same = self._same
+        same = self._piece_numbers
         used = np.full(int(same.max()) + 1, -_AFTER)
         chosen = np.zeros(len(wanted), dtype=np.intp)
         last, on = -1, _STARTS // 2
@@ -195,7 +195,9 @@ def _of_page(number: int, page: ScannedPage, ink: NDArray[np.bool_]) -> Swatches
     lines, track, start, features = list[Track](), [np.zeros(0)], [np.zeros(0)], [np.zeros((0, FEATURES))]
     free_of_others = clear(graph) & ink
     for path, line in zip(graph.branches, tracks(graph), strict=True):
-        for directed, free in ((line, free_of_others[path]), (_reverse_pieces(line), free_of_others[path][::-1])):
+        xy, uv, wide, density = (values[::-1] for values in (line.xy, line.uv, line.radius, line.density))
+        back = Track(line.along[-1] - line.along[::-1], xy, uv, wide, density, line.loose[::-1])
+        for directed, free in ((line, free_of_others[path]), (back, free_of_others[path][::-1])):
             begin = np.arange(0, directed.length - length, length / _STARTS)
             lost = np.interp(begin + length, directed.along, np.cumsum(~free)) > np.interp(
                 begin, directed.along, np.cumsum(~free)
@@ -215,11 +217,6 @@ def _of_page(number: int, page: ScannedPage, ink: NDArray[np.bool_]) -> Swatches
         length,
         radius,
     )
-
-
-def _reverse_pieces(line: Track) -> Track:
-    xy, uv, radius, density = (values[::-1] for values in (line.xy, line.uv, line.radius, line.density))
-    return Track(line.along[-1] - line.along[::-1], xy, uv, radius, density, line.loose[::-1])
 
 
 def clear(graph: LineGraph) -> NDArray[np.bool_]:

@@ -60,7 +60,7 @@ _CUSP = 2.2  # rad of turn, from which on the way turns back there
 _TURN = 1.6  # rad by which the way may turn in what is bent at once
 
 
-class _Line(NamedTuple):
+class _StockLine(NamedTuple):
     """Places of a `Stock` on one line; see there."""
 
     xy: Array
@@ -70,11 +70,11 @@ class _Line(NamedTuple):
     free: NDArray[np.bool_]
     loose: NDArray[np.bool_]
 
-    def back(self) -> _Line:
+    def reverse(self) -> _StockLine:
         """The same from its other end."""
         features = np.concatenate([-self.features[:, [4, 5, 2, 3, 0, 1]], self.features[:, [7, 6]]], axis=1)[::-1]
         free, loose = self.free[::-1], self.loose[::-1, ::-1]
-        return _Line(self.xy[::-1], -self.along[::-1], self.radius[::-1], features, free, loose)
+        return _StockLine(self.xy[::-1], -self.along[::-1], self.radius[::-1], features, free, loose)
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,7 +142,7 @@ def stock(hand: ScannedHand) -> Stock:
     return Stock(xy, along, radius, features, free, loose, first, last, page, dark, usual)
 
 
-def _lines(page: ScannedPage, ink: NDArray[np.bool_], usual: float, unit: float) -> Iterator[_Line]:
+def _lines(page: ScannedPage, ink: NDArray[np.bool_], usual: float, unit: float) -> Iterator[_StockLine]:
     """The lines of a page that lie clear somewhere, led on beyond their ends, each there and back."""
     graph, more = page.graph, tip(usual)
     clear_ink, out = (clear(graph) & ink).astype(np.float64), np.arange(1, more + 1)[:, None]
@@ -158,12 +158,12 @@ def _lines(page: ScannedPage, ink: NDArray[np.bool_], usual: float, unit: float)
         free = (_interpolate(at, run, clear_ink[path]) > 0.99) & (away > _JUNCTION * usual) & (radius < _WIDEST * usual)
         if free.any():
             xy = _smooth_line(xy, _EVEN * usual)
-            along, features = _along(xy), _features(xy, loose, usual)
+            along, features = _find_directions(xy), _features(xy, loose, usual)
             longer = np.concatenate([xy[0] - out[::-1] * along[0], xy, xy[-1] + out * along[-1]])
             held = np.clip(np.arange(-more, len(xy) + more), 0, len(xy) - 1)
             free = np.concatenate([np.zeros(more, dtype=bool), free, np.zeros(more, dtype=bool)])
-            line = _Line(longer, along[held], radius[held], features[held], free, np.tile(loose, (len(held), 1)))
-            yield from (line, line.back())
+            line = _StockLine(longer, along[held], radius[held], features[held], free, np.tile(loose, (len(held), 1)))
+            yield from (line, line.reverse())
 
 
 def tip(usual: float) -> int:
@@ -206,7 +206,7 @@ def _smooth_line(xy: Array, reach: float) -> Array:
     return np.column_stack([np.convolve(column, kernel, "valid") for column in padded.T])
 
 
-def _along(xy: Array) -> Array:
+def _find_directions(xy: Array) -> Array:
     way = np.gradient(xy, axis=0)
     return np.asarray(way / np.maximum(np.hypot(*way.T), 1e-9)[:, None])
 
@@ -260,7 +260,7 @@ class Sweep:
         ends = (ends[0] or turns[0], ends[1] or turns[1])
         strip, middle = self._strip(self._numbers(xy, ends), turns)
         more = tip(self._stock.usual)
-        along, out = _along(xy), np.arange(1, more + 1)[:, None]
+        along, out = _find_directions(xy), np.arange(1, more + 1)[:, None]
         longer = np.concatenate([xy[0] - out[::-1] * along[0], xy, xy[-1] + out * along[-1]])
         first, last = (0 if ends[0] else more), len(longer) - (0 if ends[1] else more)
         for a, b in _even_parts(longer, first, last):
@@ -271,7 +271,7 @@ class Sweep:
         some = self._stock
         wanted = _features(xy, ends, some.usual)[::_STRIDE]
         near, at = some.tree.query(wanted, k=min(_LIKE, len(some.places)))
-        found = _search(some, wanted, some.places[at], near**2, self._again)
+        found = _search(some, wanted, some.places[at], near**2, self._price_reuse)
         self._now += 1
         numbers = np.empty(len(xy), dtype=np.intp)
         for k in range(_STRIDE):
@@ -281,7 +281,7 @@ class Sweep:
             self._used[np.clip(found + shift, 0, len(self._used) - 1)] = self._now
         return numbers
 
-    def _again(self, places: Indices) -> Array:
+    def _price_reuse(self, places: Indices) -> Array:
         """What it costs to take places that were taken lately."""
         return np.asarray(_AGAIN * _LATELY ** (self._now - self._used[places]))
 
@@ -325,7 +325,7 @@ class Sweep:
         offsets = np.arange(-half, half + 1) / _FINE
         where = _to_page(xy[:, None] + offsets[:, None] * across[:, None], self._hand.pages[0].pixel, page)
         where -= page.texture.corner
-        picture = source_of(page).premultiplied
+        picture = source_of(page).premultiplied_ink
         ink = cv2.remap(
             picture,
             where[..., 0].astype(np.float32),
@@ -433,7 +433,7 @@ def _bend(page: _Pixels, xy: Array, strip: _Pixels, middle: int, part: tuple[int
     at = (some - low) @ np.array([1, 1j])
     shape = (int(high[1] - low[1]), int(high[0] - low[0]))
     near = nearest(at, shape)
-    along = _along(some)
+    along = _find_directions(some)
     down, right = np.mgrid[: shape[0], : shape[1]]
     x, y = right - at.real[near], down - at.imag[near]
     on = x * along[near, 0] + y * along[near, 1]

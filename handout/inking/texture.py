@@ -134,7 +134,7 @@ def _layers(
             raise InputError(f"A glyph is written with ink of page {ink.source} of a hand of {len(sources)} pages.")
         source = sources[ink.source]
         layer = (
-            _kept_layer(_Line.of(ink), ref(source), dpi, shape, margin)
+            _kept_layer(_ToldInk.from_ink(ink), ref(source), dpi, shape, margin)
             if dpi <= _SCREEN
             else warp(ink, source, dpi, shape, margin=margin)
         )
@@ -143,23 +143,23 @@ def _layers(
 
 
 @dataclass(frozen=True)
-class _Line:
+class _ToldInk:
     """Ink that is told from other ink by all that says how it looks."""
 
     digest: bytes
     ink: Ink = field(compare=False)
 
     @staticmethod
-    def of(ink: Ink) -> _Line:
+    def from_ink(ink: Ink) -> _ToldInk:
         graph, digest = ink.graph, blake2b(bytes([ink.number < 0]))
         for values in (graph.xy, graph.radius, graph.density, graph.uv, graph.edges):
             digest.update(values.tobytes())
-        return _Line(digest.digest(), ink)
+        return _ToldInk(digest.digest(), ink)
 
 
 @lru_cache(maxsize=_KEPT)
 def _kept_layer(
-    line: _Line, place: ref[InkSource], dpi: float, shape: tuple[int, int], margin: float
+    line: _ToldInk, place: ref[InkSource], dpi: float, shape: tuple[int, int], margin: float
 ) -> GlyphLayer | None:
     source = place()  # which is large: the ink that is kept does not keep it
     assert source is not None, "who asks holds it"

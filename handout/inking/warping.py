@@ -50,7 +50,11 @@ def warp(
     margin : float
         mm of the page around the line within which the picture is taken.
     """
-    finer = _oversampling(ink, source, dpi)
+    # how many times finer than the page the ink is drawn, so that no pixel of the picture is skipped
+    graph, finer = ink.graph, 1
+    if len(graph):
+        ratio = float(np.median(source.radius_at(graph.uv) / np.maximum(graph.radius * dpi / 25.4, 1e-9)))
+        finer = int(np.clip(np.ceil(ratio), 1, _MOST_FINER)) if ratio > _COARSE else 1
     line = course(ink, source, dpi / 25.4 * finer)
     lone = ink.number < 0
     reach = (min(margin, CLEAR) if lone else margin) * dpi / 25.4 * finer
@@ -70,31 +74,17 @@ def warp(
     return layer if finer == 1 else _downsample(layer, finer)
 
 
-def _oversampling(ink: Ink, source: InkSource, dpi: float) -> int:
-    """How many times finer than the page the ink is drawn, so that no pixel of the picture is skipped."""
-    graph = ink.graph
-    if not len(graph):
-        return 1
-    ratio = float(np.median(source.radius_at(graph.uv) / np.maximum(graph.radius * dpi / 25.4, 1e-9)))
-    return int(np.clip(np.ceil(ratio), 1, _MOST_FINER)) if ratio > _COARSE else 1
-
-
 def _downsample(layer: GlyphLayer, finer: int) -> GlyphLayer:
     """The layer with `finer` × `finer` pixels averaged into one."""
     import cv2
 
-    h, w = (side // finer for side in layer.near.shape)
+    h, w = layer.near.shape[0] // finer, layer.near.shape[1] // finer
     rgba = np.asarray(cv2.resize(layer.rgba, (w, h), interpolation=cv2.INTER_AREA), dtype=np.float32)
     near = np.ascontiguousarray(layer.near[finer // 2 :: finer, finer // 2 :: finer])
     inked = rgba[:, :, 3] > 0
-    near = np.where(inked, np.maximum(near, np.asarray(_highest_vertex(layer.near, finer))), near)
+    near = np.where(inked, np.maximum(near, layer.near.reshape(h, finer, w, finer).max(axis=(1, 3))), near)
     xy = (layer.xy + 0.5) / finer - 0.5
     return replace(layer, rgba=rgba, near=near, xy=xy, radius=layer.radius / finer)
-
-
-def _highest_vertex(near: NDArray[np.int32], finer: int) -> NDArray[np.int32]:
-    h, w = (side // finer for side in near.shape)
-    return np.asarray(near.reshape(h, finer, w, finer).max(axis=(1, 3)))
 
 
 def _window(line: Course, margin: float, shape: tuple[int, int], finer: int) -> tuple[int, int, int, int] | None:
@@ -176,7 +166,7 @@ def nearest(at: NDArray[np.complex128], shape: tuple[int, int]) -> NDArray[np.in
 def _sample_ink(line: Course, band: _Band, source: InkSource, uv: NDArray[np.float64]) -> _Pixels:
     """(m, 4) ink of a band, premultiplied."""
     goal = complex(np.round(line.uv[0]))
-    x, y, bent = _back(line, band, goal)
+    x, y, bent = _trace_back(line, band, goal)
     left, top = int(x.min()) - _PAD, int(y.min()) - _PAD
     width, height = int(x.max()) + _PAD + 2 - left, int(y.max()) + _PAD + 2 - top
     corner = (left + int(goal.real), top + int(goal.imag))
@@ -203,12 +193,12 @@ def _specks(alpha: _Pixels, on: NDArray[np.intp]) -> NDArray[np.bool_]:
 def _pieces(line: Course, band: _Band, source: InkSource) -> _Pixels:
     """(m, 4) ink of a band, premultiplied, for a line of clear pieces from anywhere in the picture."""
     corner = complex(*source.page.texture.corner)
-    x, y = _moved([values[band.vertex] for values in line.movement(band.origin, corner)], band)
+    x, y = _move_pixels([values[band.vertex] for values in line.movement(band.origin, corner)], band)
     # beside the line only CLEAR mm are known to be free of other lines
     own = line.uv[band.vertex] - corner
     away = np.hypot(x - own.real, y - own.imag) - (line.width * line.radius)[band.vertex]
     x[away > CLEAR / source.page.pixel] = -_PAD
-    rgba = _remap(source.premultiplied, x, y, cubic=True) / np.float32(255)
+    rgba = _remap(source.premultiplied_ink, x, y, cubic=True) / np.float32(255)
     rgba *= np.where(line.loose[band.vertex], np.clip(_ROUND - band.beyond, 0, 1), 1)[:, None]
     return np.asarray(np.minimum(rgba, rgba[:, 3:]), dtype=np.float32)
 
@@ -241,18 +231,18 @@ def _cubic(patch: _Pixels, x: _Pixels, y: _Pixels) -> _Pixels:
     return np.minimum(ink, ink[:, 3:], out=ink)
 
 
-def _moved(movement: Iterable[_Pixels], band: _Band) -> tuple[_Pixels, _Pixels]:
+def _move_pixels(movement: Iterable[_Pixels], band: _Band) -> tuple[_Pixels, _Pixels]:
     """(m,) twice: where pixels come from by a `Course.movement` (6, m) each, or one (6,) for all."""
     a, b, c, d, e, f = movement
     return a + b * band.x + c * band.y, d + e * band.x + f * band.y
 
 
-def _back(line: Course, band: _Band, goal: complex) -> tuple[_Pixels, _Pixels, bool]:
+def _trace_back(line: Course, band: _Band, goal: complex) -> tuple[_Pixels, _Pixels, bool]:
     """Where in the picture pixels come from, (m,) twice from `goal`, and whether one affine movement was not enough."""
     import cv2
 
-    x, y = _moved([values[band.vertex] for values in line.movement(band.origin, goal)], band)
-    even_x, even_y = _moved(_even(line, band.origin, goal), band)
+    x, y = _move_pixels([values[band.vertex] for values in line.movement(band.origin, goal)], band)
+    even_x, even_y = _move_pixels(_fit_movement(line, band.origin, goal), band)
     rest = np.empty((len(x), 4), dtype=np.float32)
     rest[:, 0], rest[:, 1], rest[:, 3] = x - even_x, y - even_y, 1
     if np.abs(rest[:, :2]).max() < _EXACT:
@@ -270,7 +260,7 @@ def _back(line: Course, band: _Band, goal: complex) -> tuple[_Pixels, _Pixels, b
     return even_x + rest[:, 0], even_y + rest[:, 1], True
 
 
-def _even(line: Course, origin: complex, goal: complex) -> _Pixels:
+def _fit_movement(line: Course, origin: complex, goal: complex) -> _Pixels:
     """(6,) the affine movement from page to picture that fits the line's vertices best, as a `Course.movement`."""
     middle, target = line.at.mean(), line.uv.mean()
     away, cut = line.at - middle, line.uv - target

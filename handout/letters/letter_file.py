@@ -49,7 +49,7 @@ from handout.letters.document import (
     Underline,
     blocks_in,
 )
-from handout.tables import converted, parsed
+from handout.tables import convert_table, parse_table
 from handout.writing.text import unseen
 
 MOST_TEXT = 200_000  # characters: a hundred pages; a longer file is surely no letter
@@ -239,7 +239,7 @@ class _Reader:
 
     def _head(self, content: str) -> LetterHead:
         try:
-            return converted(parsed(content), LetterHead)
+            return convert_table(parse_table(content), LetterHead)
         except tomllib.TOMLDecodeError as error:
             at = re.search(r" \(at (?:line (\d+), column \d+|end of document)\)", str(error))
             self.line = 1 + (int(at.group(1)) if at and at.group(1) else len(content.split("\n")))

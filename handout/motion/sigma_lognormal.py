@@ -89,7 +89,7 @@ def follow(
         stretch = np.exp(jitter * _DURATION_NOISE * rng.standard_normal(len(played.mu)))
         bend = played.theta + jitter * _THETA_NOISE * rng.standard_normal(len(played.mu))
         longer = replace(played, mu=played.mu + np.log(stretch), theta=np.clip(bend, -_MOST_BENT, _MOST_BENT))
-        played = longer.delayed(played.time(0.0) - longer.time(0.0))
+        played = longer.delay_by(played.time(0.0) - longer.time(0.0))
     # from the start of the first pulse to the end of the last
     samples = len(points) * steps
     start, end = played.span
@@ -125,7 +125,7 @@ def _pace_pulses(reversal: Array, theta: Array, smooth: float, longest: float) -
     calm[[0, -1]] = _AT_REST
     duration = np.minimum(np.maximum(OVERLAP * smooth * np.sqrt(calm[1:] * calm[:-1]), SHORTEST), longest)
     raw = lognormal.pulses(duration, ASYMMETRY, theta, 0.0)
-    return raw.delayed(np.arange(len(duration)) - raw.time(0.0))
+    return raw.delay_by(np.arange(len(duration)) - raw.time(0.0))
 
 
 def virtual_chords(points: Array, pulses: Pulses) -> Complex:

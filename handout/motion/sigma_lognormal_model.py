@@ -45,7 +45,7 @@ class Pulses:
         """s: from when to when any pulse moves, as far as it is evaluated."""
         return float(self.time(-REACH).min()), float(self.time(REACH).max())
 
-    def delayed(self, delay: ArrayLike) -> Pulses:
+    def delay_by(self, delay: ArrayLike) -> Pulses:
         """The same pulses, `delay` (k,) s later."""
         return Pulses(self.t0 + np.asarray(delay, dtype=np.float64), self.mu, self.sigma, self.theta)
 

@@ -348,14 +348,13 @@ def _pose(path: PenPath) -> dict[str, Array]:
     """How a recorded pen was held along a path, (n,) each; only what is known of some of it, angles without jumps."""
     if path.pose is None:
         return {}
-    filled = {name: _fill_unknown(values) for name, values in zip(POSE, path.pose.T, strict=True)}
-    return {name: np.unwrap(v) if name in TURNS else v for name, v in filled.items() if v is not None}
-
-
-def _fill_unknown(values: Array) -> Array | None:
-    """Values with what is not known between those that are; None if none is."""
-    finite = np.isfinite(values)
-    return np.interp(np.arange(len(values)), np.flatnonzero(finite), values[finite]) if finite.any() else None
+    pose = dict[str, Array]()
+    for name, values in zip(POSE, path.pose.T, strict=True):
+        known = np.isfinite(values)
+        if known.any():
+            filled = np.interp(np.arange(len(values)), np.flatnonzero(known), values[known])
+            pose[name] = np.unwrap(filled) if name in TURNS else filled
+    return pose
 
 
 def smooth_values(values: Array, sigma: float) -> Array:

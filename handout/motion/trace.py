@@ -93,12 +93,15 @@ def trace(
         raise InputError(f"kinematics: {engine!r} is unknown; use {' or '.join(ENGINES)}.")
     if hand.pages is not None:
         return _trace_ink(manuscript, hand, rng, speed, jitter)
-    follow = _engine(engine, hand)
+    module = import_module(f"handout.motion.{engine.replace('-', '_')}")
+    follow = partial(module.follow, steps=STEPS, baked_at=hand.drawn_at)
     clock = 0.0
     before: _Component | None = None
     strokes = []
     for component in _components(manuscript, hand):
-        clock += _air_time(before, component, manuscript.x_height)
+        if before is not None:
+            way = float(np.linalg.norm(component.points[0] - before.points[-1])) / manuscript.x_height
+            clock += time_in_air(way, line=component.line != before.line, word=component.word != before.word)
         pace = hand.interval * math.exp(rng.normal(0.0, USUAL.pace * min(jitter, 2.0)))
         t, xy = follow(ActionPlan(component.points, pace, hand.smooth))
         trembling = tremor(rng, len(t), STEPS / pace, USUAL.tremor * jitter * manuscript.x_height)
@@ -140,11 +143,6 @@ def letters_of_samples(manuscript: Manuscript, hand: Hand) -> tuple[NDArray[np.i
     return tuple(np.repeat(c.of, n) for c, n in zip(_components(manuscript, hand), steps, strict=True))
 
 
-def _engine(name: str, hand: Hand) -> Engine:
-    module = import_module(f"handout.motion.{name.replace('-', '_')}")
-    return partial(module.follow, steps=STEPS, baked_at=hand.drawn_at)
-
-
 def _components(manuscript: Manuscript, hand: Hand) -> Iterator[_Component]:
     """Every pen-down movement of the page in the order of writing."""
     for number, line in enumerate(manuscript.lines):
@@ -164,7 +162,7 @@ def _strokes(placed: Sequence[Placed]) -> Iterator[tuple[Array, NDArray[np.intp]
     of: list[int] = []
     delayed: list[tuple[Array, int]] = []
     for unit in placed:
-        main, after_word = unit.glyph.parted(unit.strokes)
+        main, after_word = unit.glyph.part_strokes(unit.strokes)
         delayed += [(stroke, unit.at) for stroke in after_word]
         if unit.joined and current:
             current.append(main.pop(0))
@@ -180,14 +178,6 @@ def _strokes(placed: Sequence[Placed]) -> Iterator[tuple[Array, NDArray[np.intp]
 
 def _join_strokes(strokes: Sequence[Array], of: Sequence[int]) -> tuple[Array, NDArray[np.intp]]:
     return np.vstack(strokes), np.repeat(np.asarray(of, dtype=np.intp), [len(stroke) for stroke in strokes])
-
-
-def _air_time(before: _Component | None, after: _Component, x_height: float) -> float:
-    """Seconds from the end of one movement to the start of the next."""
-    if before is None:
-        return 0.0
-    way = float(np.linalg.norm(after.points[0] - before.points[-1])) / x_height
-    return time_in_air(way, line=after.line != before.line, word=after.word != before.word)
 
 
 def _press(t: Array, xy: Array) -> Array:

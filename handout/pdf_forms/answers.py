@@ -49,7 +49,9 @@ class Answers:
     refused: frozenset[str] = frozenset()
 
 
-def matched(form: PdfForm, header: Sequence[str], columns: Sequence[str] = ()) -> tuple[dict[int, Field], list[str]]:
+def match_columns(
+    form: PdfForm, header: Sequence[str], columns: Sequence[str] = ()
+) -> tuple[dict[int, Field], list[str]]:
     """The field that each column answers, and sentences on columns that answer none.
 
     Parameters
@@ -57,7 +59,7 @@ def matched(form: PdfForm, header: Sequence[str], columns: Sequence[str] = ()) -
     header : the names of the columns.
     columns : what columns answer where their headers do not say it, "field=column"; "=column" for none.
     """
-    given, problems = _given(header, columns)
+    given, problems = _parse_given_columns(header, columns)
     fields: dict[int, Field] = {}
     for number, title in enumerate(header):
         name = given.get(number, title)
@@ -78,7 +80,7 @@ def matched(form: PdfForm, header: Sequence[str], columns: Sequence[str] = ()) -
     return fields, problems
 
 
-def _given(header: Sequence[str], columns: Sequence[str]) -> tuple[dict[int, str], list[str]]:
+def _parse_given_columns(header: Sequence[str], columns: Sequence[str]) -> tuple[dict[int, str], list[str]]:
     """The names of fields by the columns that `--columns` gives them, and what is wrong with it."""
     titles = [title.strip().casefold() for title in header]
     given: dict[int, str] = {}
@@ -101,7 +103,7 @@ def _plain(name: str) -> str:
 def _field_of(form: PdfForm, name: str) -> Field | str:
     """The field of a name, its last part, or its label; or why there is none."""
     wanted = _plain(name)
-    exact = form.named.get(name)
+    exact = form.fields_by_name.get(name)
     if exact is not None:
         return exact
     for way in range(3):
@@ -144,19 +146,19 @@ def lacking(form: PdfForm, answers: Answers, wrong: Sequence[str]) -> Iterator[s
 def _value(field: Field, text: str) -> tuple[str, str]:
     """What is written into a field, "" for nothing; and what is wrong."""
     if field.kind == "check":
-        return _checked(field, text)
+        return _read_check_box(field, text)
     if not text:
         return "", ""
     if field.kind in ("radio", "choice"):
-        return _chosen(field, text)
+        return _read_choice(field, text)
     if "\n" in text and not field.multiline:
-        return "", f"{quoted(text)} has several lines, and the field one"
+        return "", f"{quote_answer(text)} has several lines, and the field one"
     if field.longest is not None and len(text) > field.longest:
-        return "", f"{quoted(text)} has {len(text)} characters, and the field takes {field.longest}"
+        return "", f"{quote_answer(text)} has {len(text)} characters, and the field takes {field.longest}"
     return text, ""
 
 
-def _checked(field: Field, text: str) -> tuple[str, str]:
+def _read_check_box(field: Field, text: str) -> tuple[str, str]:
     """Which boxes of a check box's name are marked: "x" for all of them, or what one stands for."""
     said = text.casefold()
     for state, shown in field.options if len(field.options) > 1 else ():
@@ -164,10 +166,10 @@ def _checked(field: Field, text: str) -> tuple[str, str]:
             return state, ""
     if said in YES or any(said in (state.casefold(), shown.casefold()) for state, shown in field.options):
         return "x", ""
-    return "", "" if said in NO else f"{quoted(text)} is neither yes nor no"
+    return "", "" if said in NO else f"{quote_answer(text)} is neither yes nor no"
 
 
-def _chosen(field: Field, text: str) -> tuple[str, str]:
+def _read_choice(field: Field, text: str) -> tuple[str, str]:
     """What a radio button stands for, or the text of a choice."""
     for state, shown in field.options:
         if text.casefold() in (state.casefold(), shown.casefold()):
@@ -176,13 +178,13 @@ def _chosen(field: Field, text: str) -> tuple[str, str]:
         return text, ""
     options = ", ".join(shown for _, shown in field.options[:_SHOWN_OPTIONS])
     more = ", …" if len(field.options) > _SHOWN_OPTIONS else ""
-    return "", f"{quoted(text)} is none of {options}{more}"
+    return "", f"{quote_answer(text)} is none of {options}{more}"
 
 
 _LONGEST_QUOTE = 40  # characters of an answer that a sentence repeats
 
 
-def quoted(text: str) -> str:
+def quote_answer(text: str) -> str:
     """The beginning of an answer, as a sentence repeats it."""
     line = " ".join(text.split())
     return repr(line if len(line) <= _LONGEST_QUOTE else f"{line[:_LONGEST_QUOTE]}…")

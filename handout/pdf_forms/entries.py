@@ -8,7 +8,7 @@ Source: own method.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import groupby
@@ -79,9 +79,9 @@ class FieldFrame:
         places = ((left + x, top + y), (left + y, bottom - x), (right - x, bottom - y), (right - y, top + x))
         return np.column_stack(places[self.turn])
 
-    def placed(self, glyph: Placed) -> Placed:
+    def place_glyph(self, glyph: Placed) -> Placed:
         """A glyph of the frame on the page."""
-        return _mapped(glyph, self.to_page, 1 / self.scale)
+        return _map_glyph(glyph, self.to_page, 1 / self.scale)
 
 
 @dataclass(frozen=True)
@@ -123,7 +123,9 @@ class Filler:
         entries = [
             self._entry(fields[name], widget, value, rng)
             for name, value in values.items()
-            for widget in _answered(fields[name], value)
+            for widget in fields[name].widgets
+            # all places of a field, or the buttons that stand for the answer
+            if fields[name].kind not in ("check", "radio") or value in ("x", widget.state)
         ]
         # fields beside each other are filled in from left to right
         return sorted(entries, key=lambda e: (e.page, round((e.frame.box[1] + e.frame.box[3]) / 8), e.frame.box[0]))
@@ -135,12 +137,15 @@ class Filler:
         usual = self.x_height * float(np.exp(SETTINGS.varies * self.jitter * rng.standard_normal()))
         printed = self.rules(widget.page, widget.box) if widget.turn == 0 else ()
         if field.cells and frame.size[0] >= SETTINGS.narrowest_cell * field.cells:
-            return self._combed(FieldEntry(field.name, widget.page, frame, value), field.cells, usual, rng)
+            return self._comb_entry(FieldEntry(field.name, widget.page, frame, value), field.cells, usual, rng)
         frame = replace(frame, scale=max(1.0, SETTINGS.narrowest / frame.size[0]))
         entry = FieldEntry(field.name, widget.page, frame, value)
-        inner = _inner(printed, frame.size[1] / frame.scale)
-        if field.multiline and len(inner) > 1:
-            return self._on_rules(entry, inner, usual, field.align)
+        # of the lines printed at the field those to write on, where they are far enough apart
+        half = 0.5 * SETTINGS.least_pitch
+        inner = [at for at in printed if at > half and at <= frame.size[1] / frame.scale + half]
+        if field.multiline and len(inner) > 1 and all(np.diff(inner) >= SETTINGS.least_pitch):
+            size = _bound_size(SETTINGS.of_room * float(np.median(np.diff(inner))), usual)
+            return replace(entry, layout=self._layout(entry.frame, size, inner, field.align, 0.0))
         if field.multiline and frame.size[1] >= 2 * SETTINGS.pitch * SETTINGS.least_mm * frame.scale:
             return self._filling(entry, usual, field.align)
         return self._one_line(entry, printed, usual, field.align, rng)
@@ -154,18 +159,13 @@ class Filler:
         under = [at for at in printed if at > SETTINGS.foot * height]
         ruled = bool(under) and not any(-SETTINGS.over < at < SETTINGS.head * height for at in printed)
         if ruled:
-            rule, size = under[0], _bounded(SETTINGS.of_room * under[0], usual)
+            rule, size = under[0], _bound_size(SETTINGS.of_room * under[0], usual)
         else:
-            size = _bounded(SETTINGS.of_height * height, usual)
+            size = _bound_size(SETTINGS.of_height * height, usual)
             wanders = min(SETTINGS.wanders, 0.03 * height) * self.jitter * float(rng.standard_normal())
             rule = height / 2 + SETTINGS.below_middle * size + FOOT_ABOVE_RULE + wanders
         spare = float(rng.uniform(0, 0.5 * self.jitter))
         return replace(entry, layout=self._layout(entry.frame, size, [rule], align, spare), free=not ruled)
-
-    def _on_rules(self, entry: FieldEntry, rules: Sequence[float], usual: float, align: Align) -> FieldEntry:
-        """On the rules that are printed in the field."""
-        size = _bounded(SETTINGS.of_room * float(np.median(np.diff(rules))), usual)
-        return replace(entry, layout=self._layout(entry.frame, size, rules, align, 0.0))
 
     def _layout(self, frame: FieldFrame, size: float, rules: Sequence[float], align: Align, spare: float) -> Layout:
         """A text on lines at heights in the field, mm of the page."""
@@ -192,7 +192,7 @@ class Filler:
     def _filling(self, entry: FieldEntry, usual: float, align: Align) -> FieldEntry:
         """Line under line in a field without rules."""
         width, height = entry.frame.size
-        size = _bounded(SETTINGS.of_height * height / entry.frame.scale, usual) * entry.frame.scale
+        size = _bound_size(SETTINGS.of_height * height / entry.frame.scale, usual) * entry.frame.scale
         side = AROUND + self._edge(entry.frame)
         layout = Layout(
             Page(width + 2 * AROUND, height + 2 * AROUND),
@@ -205,10 +205,10 @@ class Filler:
         )
         return replace(entry, layout=layout)
 
-    def _combed(self, entry: FieldEntry, cells: int, usual: float, rng: np.random.Generator) -> FieldEntry:
+    def _comb_entry(self, entry: FieldEntry, cells: int, usual: float, rng: np.random.Generator) -> FieldEntry:
         """A letter a cell: set with a space between any two, and moved to their cells afterwards."""
         width, height = entry.frame.size
-        size = _bounded(min(SETTINGS.of_height * height, SETTINGS.of_cell * width / cells), usual)
+        size = _bound_size(min(SETTINGS.of_height * height, SETTINGS.of_cell * width / cells), usual)
         filled = tuple(n for n, letter in enumerate(entry.text) if not letter.isspace())
         text = " ".join(entry.text[n] for n in filled)
         wanders = 0.5 * SETTINGS.wanders * self.jitter * float(rng.standard_normal())
@@ -224,21 +224,8 @@ class Filler:
         return replace(entry, text=text, layout=layout, cells=(filled, cells), free=True)
 
 
-def _answered(field: Field, value: str) -> Iterator[Widget]:
-    """The places of a field that are written in: all, or the buttons that stand for the answer."""
-    for widget in field.widgets:
-        if field.kind not in ("check", "radio") or value in ("x", widget.state):
-            yield widget
-
-
-def _bounded(size: float, usual: float) -> float:
+def _bound_size(size: float, usual: float) -> float:
     return max(SETTINGS.least_mm, min(size, usual))
-
-
-def _inner(printed: Sequence[float], height: float) -> list[float]:
-    """Of the lines printed at a field those to write on, where they are far enough apart."""
-    inner = [at for at in printed if at > 0.5 * SETTINGS.least_pitch and at <= height + 0.5 * SETTINGS.least_pitch]
-    return inner if all(np.diff(inner) >= SETTINGS.least_pitch) else []
 
 
 def page_manuscript(
@@ -260,7 +247,7 @@ def page_manuscript(
     about: dict[str, object] = {"hand": hand.name}
     for entry, setting in entries:
         if setting is None:
-            made = [_marked(entry.frame, mark, jitter, rng)]
+            made = [_draw_mark(entry.frame, mark, jitter, rng)]
         else:
             sizes.append(setting.x_height / entry.frame.scale)
             made = [*setting.lines] if entry.cells is None else [_in_cells(entry, setting, jitter, rng)]
@@ -271,7 +258,7 @@ def page_manuscript(
             doubts += [{**doubt, "field": entry.field, "page": entry.page + 1} for doubt in told]
             about |= {name: setting.about[name] for name in ("borrowed",) if name in setting.about}
         for line in made:
-            placed = map(entry.frame.placed, line.placed)
+            placed = map(entry.frame.place_glyph, line.placed)
             lines.append(replace(line, placed=tuple(replace(p, word=words + p.word) for p in placed)))
             words = max((p.word + 1 for p in lines[-1].placed), default=words)
     size = float(np.median(sizes)) if sizes else hand.x_height
@@ -300,7 +287,7 @@ def _in_cells(entry: FieldEntry, setting: Manuscript, jitter: float, rng: np.ran
     for number, letter, (left, right) in zip(filled, letters, extents, strict=True):
         middle = AROUND + (number + 0.5) * cell + min(SETTINGS.wanders, 0.04 * cell) * jitter * rng.standard_normal()
         about, to = np.array([(left + right) / 2, line.baseline]), np.array([middle, line.baseline])
-        placed += [_mapped(glyph, partial(_moved, about=about, to=to, scale=scale), scale) for glyph in letter]
+        placed += [_map_glyph(glyph, partial(_move_points, about=about, to=to, scale=scale), scale) for glyph in letter]
     return replace(line, placed=tuple(placed))
 
 
@@ -316,8 +303,8 @@ def _inside(line: Line, height: float, least: float) -> Line:
     room = height / 2 - half
     to = AROUND + height / 2 + (0.0 if room < 0 else float(np.clip(middle - AROUND - height / 2, -room, room)))
     across = sum(_extent(line.placed, 0)) / 2
-    move = partial(_moved, about=np.array([across, middle]), to=np.array([across, to]), scale=scale)
-    placed = tuple(_mapped(glyph, move, scale) for glyph in line.placed)
+    move = partial(_move_points, about=np.array([across, middle]), to=np.array([across, to]), scale=scale)
+    placed = tuple(_map_glyph(glyph, move, scale) for glyph in line.placed)
     return replace(line, placed=placed, baseline=(line.baseline - middle) * scale + to)
 
 
@@ -329,12 +316,12 @@ def _extent(glyphs: Sequence[Placed], axis: int) -> tuple[float, float]:
     return float(every.min()), float(every.max())
 
 
-def _moved(points: Array, about: Array, to: Array, scale: float) -> Array:
+def _move_points(points: Array, about: Array, to: Array, scale: float) -> Array:
     """Places (n, 2) scaled about a point, which comes to lie on another."""
     return np.asarray((points - about) * scale + to)
 
 
-def _mapped(glyph: Placed, move: Callable[[Array], Array], scale: float) -> Placed:
+def _map_glyph(glyph: Placed, move: Callable[[Array], Array], scale: float) -> Placed:
     """A glyph whose places are moved, with a line so many times as wide."""
     ink = glyph.ink
     if ink is not None:
@@ -352,7 +339,7 @@ _SWAY = 0.05  # of a box, standard deviation of every point; set by eye
 _LARGEST_MARK = 5.0  # mm: in a larger box people make no larger cross
 
 
-def _marked(frame: FieldFrame, mark: Mark, jitter: float, rng: np.random.Generator) -> Line:
+def _draw_mark(frame: FieldFrame, mark: Mark, jitter: float, rng: np.random.Generator) -> Line:
     """A cross or a tick, in the middle of its box."""
     width, height = frame.size
     side = min(width, height, _LARGEST_MARK) * (1 + 0.06 * jitter * float(rng.standard_normal()))

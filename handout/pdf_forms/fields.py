@@ -95,13 +95,13 @@ class PdfForm:
     notes: tuple[str, ...] = ()
 
     @property
-    def named(self) -> Mapping[str, Field]:
+    def fields_by_name(self) -> Mapping[str, Field]:
         """The fields by their names."""
         return {field.name: field for field in self.fields}
 
 
 @contextmanager
-def opened(path: Path) -> Iterator[Any]:
+def open_pdf(path: Path) -> Iterator[Any]:
     """A PDF as pikepdf has it.
 
     Raises
@@ -134,10 +134,9 @@ def read_form(path: Path) -> PdfForm:
     Raises
     ------
     InputError
-        It cannot be read (see `opened`); it may not be filled in; it has no fields, or more pages or fields than a form
-        has.
+        It cannot be read (see `open_pdf`), or may not be filled in; it has no fields, or too many pages or fields.
     """
-    with opened(path) as document:
+    with open_pdf(path) as document:
         count = len(document.pages)
         if count > MOST_PAGES:
             raise InputError(
@@ -145,7 +144,7 @@ def read_form(path: Path) -> PdfForm:
             )
         if not document.allow.modify_form:
             raise InputError(f"{path} does not permit that its fields are filled in: ask whoever made it for another.")
-        shown = [_shown(page) for page in document.pages]
+        shown = [_frame_page(page) for page in document.pages]
         found = _Fields()
         for number, page in enumerate(document.pages):
             for annotation in page.obj.get("/Annots", ()):
@@ -157,7 +156,7 @@ def read_form(path: Path) -> PdfForm:
             path,
             tuple(page for page, _ in shown),
             tuple(matrix for _, matrix in shown),
-            tuple(found.made()),
+            tuple(found.make_fields()),
             tuple(found.notes(root)),
         )
 
@@ -173,13 +172,7 @@ def _without_fields(path: Path, pages: int, *, xfa: bool) -> str:
     )
 
 
-def _signed(root: Any) -> bool:
-    return bool(int(root.get("/SigFlags", 0)) & 1) and any(
-        inherited(each, "/V") is not None for each in root.get("/Fields", ()) if str(each.get("/FT", "")) == "/Sig"
-    )
-
-
-def _shown(page: Any) -> tuple[Page, Matrix]:
+def _frame_page(page: Any) -> tuple[Page, Matrix]:
     """A page as it is shown, and the matrix from its mm (y down) to the file's coordinates."""
     left, bottom, right, top = _box(page)
     unit = float(page.obj.get("/UserUnit", 1))
@@ -212,7 +205,7 @@ def _box(page: Any) -> Box:
     return box
 
 
-def inherited(item: Any, key: str) -> Any:
+def find_inherited(item: Any, key: str) -> Any:
     """The value of a field's key, its own or that of the nearest field above it; None without one."""
     for _ in range(DEEPEST):
         if key in item:
@@ -256,8 +249,8 @@ class _Fields:
         self.widgets += 1
         if self.widgets > MOST_WIDGETS:
             raise InputError(f"{path} has more than {MOST_WIDGETS:,} fields, which no form has: split it.")
-        name, flags = full_name(annotation), int(inherited(annotation, "/Ff") or 0)
-        kind = _kind(str(inherited(annotation, "/FT")), flags)
+        name, flags = full_name(annotation), int(find_inherited(annotation, "/Ff") or 0)
+        kind = _kind(str(find_inherited(annotation, "/FT")), flags)
         if kind is None:
             return
         if int(annotation.get("/F", 0)) & (_HIDDEN | _NO_VIEW):
@@ -268,12 +261,15 @@ class _Fields:
             return
         box = _on_page([float(value) for value in annotation["/Rect"]], matrix)
         characteristics = annotation.get("/MK", {})
-        turned = int(characteristics.get("/R", 0)) - _page_turn(matrix)
+        # by how many degrees the page is turned clockwise when it is shown
+        _, b, _, d, *_ = matrix
+        page_turn = (0 if d < 0 else 180) if b == 0 else (90 if b > 0 else 270)
+        turned = int(characteristics.get("/R", 0)) - page_turn
         place = Widget(page, box, turned // 90 % 4, _state(annotation))
         if min(box[2] - box[0], box[3] - box[1]) > 0:
             self.fields.setdefault(name, (annotation, kind, []))[2].append(place)
 
-    def made(self) -> Iterator[Field]:
+    def make_fields(self) -> Iterator[Field]:
         """The fields that are shown."""
         for name, (annotation, kind, widgets) in self.fields.items():
             yield _field(name, annotation, kind, tuple(widgets))
@@ -288,19 +284,21 @@ class _Fields:
             (sorted(self.hidden - set(self.fields)), "{} not shown on the pages, and left out"),
             (calculated, "{} calculated by viewers, and not here: the table has to hold the results"),
         ]
-        return [
-            *(phrase.format(_named(names)) for names, phrase in said if names),
-            *(["the form was signed, and its signature no longer holds once it is filled in"] if _signed(form) else []),
-            *(["its XFA part is left out"] if "/XFA" in form else []),
-        ]
+        sentences = []
+        for names, phrase in said:
+            if names:
+                more = f" and {len(names) - _MOST_NAMED} more" if len(names) > _MOST_NAMED else ""
+                listed = ", ".join(names[:_MOST_NAMED]) + more
+                sentences.append(phrase.format(f"{listed} {'is' if len(names) == 1 else 'are'}"))
+        signed = (each for each in form.get("/Fields", ()) if str(each.get("/FT", "")) == "/Sig")
+        if int(form.get("/SigFlags", 0)) & 1 and any(find_inherited(each, "/V") is not None for each in signed):
+            sentences.append("the form was signed, and its signature no longer holds once it is filled in")
+        if "/XFA" in form:
+            sentences.append("its XFA part is left out")
+        return sentences
 
 
 _MOST_NAMED = 6  # fields that a note names
-
-
-def _named(names: list[str]) -> str:
-    more = f" and {len(names) - _MOST_NAMED} more" if len(names) > _MOST_NAMED else ""
-    return f"{', '.join(names[:_MOST_NAMED])}{more} {'is' if len(names) == 1 else 'are'}"
 
 
 def _kind(kind: str, flags: int) -> Kind | None:
@@ -308,12 +306,6 @@ def _kind(kind: str, flags: int) -> Kind | None:
         return None if flags & _PUSH else "radio" if flags & _RADIO else "check"
     kinds: dict[str, Kind] = {"/Tx": "text", "/Ch": "choice", "/Sig": "signature"}
     return kinds.get(kind)
-
-
-def _page_turn(matrix: Matrix) -> int:
-    """By how many degrees a page is turned clockwise when it is shown."""
-    _, b, _, d, *_ = matrix
-    return (0 if d < 0 else 180) if b == 0 else (90 if b > 0 else 270)
 
 
 def _on_page(rectangle: list[float], matrix: Matrix) -> Box:
@@ -336,15 +328,15 @@ def _state(annotation: Any) -> str:
 
 
 def _field(name: str, annotation: Any, kind: Kind, widgets: tuple[Widget, ...]) -> Field:
-    flags = int(inherited(annotation, "/Ff") or 0)
+    flags = int(find_inherited(annotation, "/Ff") or 0)
     multiline = kind == "text" and bool(flags & _MULTILINE)
-    most = int(inherited(annotation, "/MaxLen") or 0) if kind == "text" else 0
+    most = int(find_inherited(annotation, "/MaxLen") or 0) if kind == "text" else 0
     aligned: dict[int, Align] = {1: "centre", 2: "right"}
     return Field(
         name,
         kind,
         widgets,
-        label=str(inherited(annotation, "/TU") or "").strip(),
+        label=str(find_inherited(annotation, "/TU") or "").strip(),
         required=bool(flags & _REQUIRED),
         read_only=bool(flags & _READ_ONLY),
         multiline=multiline,
@@ -352,8 +344,8 @@ def _field(name: str, annotation: Any, kind: Kind, widgets: tuple[Widget, ...]) 
         longest=most if most > 0 else None,
         options=_options(annotation, kind, widgets),
         free=kind == "choice" and bool(flags & _EDIT),
-        align=aligned.get(int(inherited(annotation, "/Q") or 0), "left"),
-        value="" if kind == "signature" else _text(inherited(annotation, "/V")),
+        align=aligned.get(int(find_inherited(annotation, "/Q") or 0), "left"),
+        value="" if kind == "signature" else _text(find_inherited(annotation, "/V")),
     )
 
 
@@ -372,7 +364,7 @@ def _text(value: Any) -> str:
 def _options(annotation: Any, kind: Kind, widgets: tuple[Widget, ...]) -> tuple[tuple[str, str], ...]:
     import pikepdf
 
-    listed = list(inherited(annotation, "/Opt") or ())
+    listed = list(find_inherited(annotation, "/Opt") or ())
     if kind == "choice":
         pairs = (list(each) if isinstance(each, pikepdf.Array) else [each] for each in listed)
         return tuple((str(pair[0]), str(pair[-1])) for pair in pairs if pair)
@@ -380,8 +372,4 @@ def _options(annotation: Any, kind: Kind, widgets: tuple[Widget, ...]) -> tuple[
         return ()
     states = dict.fromkeys(widget.state for widget in widgets if widget.state)
     # of buttons that are numbered, /Opt says what the numbers mean
-    return tuple((state, str(listed[int(state)]) if _numbers(state, len(listed)) else state) for state in states)
-
-
-def _numbers(state: str, count: int) -> bool:
-    return state.isdecimal() and int(state) < count
+    return tuple((s, str(listed[int(s)]) if s.isdecimal() and int(s) < len(listed) else s) for s in states)

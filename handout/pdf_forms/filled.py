@@ -15,7 +15,7 @@ from collections.abc import Collection, Mapping, Sequence
 from itertools import count
 from typing import Any
 
-from handout.pdf_forms.fields import DEEPEST, Field, Kind, PdfForm, full_name, inherited, is_widget, opened
+from handout.pdf_forms.fields import DEEPEST, Field, Kind, PdfForm, find_inherited, full_name, is_widget, open_pdf
 
 _POINT = 25.4 / 72  # mm
 # what of the appearance of a text field is its value: between these it is drawn
@@ -29,20 +29,20 @@ def blank(form: PdfForm, answered: Collection[str]) -> bytes:
     Raises
     ------
     InputError
-        It cannot be read; see `fields.opened`.
+        It cannot be read; see `fields.open_pdf`.
     """
-    with opened(form.path) as document:
+    with open_pdf(form.path) as document:
         for page in document.pages:
-            _flatten(document, page, form.named, answered)
+            _flatten(document, page, form.fields_by_name, answered)
         root = document.Root
         signatures = [each for each in root.get("/AcroForm", {}).get("/Fields", ()) if _has_signature(each)]
         if signatures:
             root.AcroForm.Fields = _array(signatures)
-            _without(root.AcroForm, "/XFA", "/NeedAppearances", "/CO")
+            _remove_keys(root.AcroForm, "/XFA", "/NeedAppearances", "/CO")
         else:
-            _without(root, "/AcroForm")
-        _without(root, "/NeedsRendering", "/Perms")
-        return _saved(document)
+            _remove_keys(root, "/AcroForm")
+        _remove_keys(root, "/NeedsRendering", "/Perms")
+        return _save_bytes(document)
 
 
 def _resource(page: Any, resource: Any, kind: str) -> str:
@@ -68,13 +68,13 @@ def _has_signature(field: Any, depth: int = 0) -> bool:
     return depth < DEEPEST and any(_has_signature(each, depth + 1) for each in field.get("/Kids", ()))
 
 
-def _without(dictionary: Any, *keys: str) -> None:
+def _remove_keys(dictionary: Any, *keys: str) -> None:
     for key in keys:
         if key in dictionary:
             del dictionary[key]
 
 
-def _saved(document: Any) -> bytes:
+def _save_bytes(document: Any) -> bytes:
     stream = io.BytesIO()
     document.save(stream, deterministic_id=True, compress_streams=True)
     return stream.getvalue()
@@ -83,7 +83,8 @@ def _saved(document: Any) -> bytes:
 def _flatten(document: Any, page: Any, fields: Mapping[str, Field], answered: Collection[str]) -> None:
     """Draw the fields of a page on it, and take them away."""
     annotations = list(page.obj.get("/Annots", ()))
-    kinds: dict[int, Kind | None] = {n: _kind(each, fields) for n, each in enumerate(annotations) if is_widget(each)}
+    named = {n: fields.get(full_name(each)) for n, each in enumerate(annotations) if is_widget(each)}
+    kinds: dict[int, Kind | None] = {n: None if field is None else field.kind for n, field in named.items()}
     gone = [n for n, kind in kinds.items() if kind != "signature"]
     if not gone:
         return
@@ -91,11 +92,6 @@ def _flatten(document: Any, page: Any, fields: Mapping[str, Field], answered: Co
     page.contents_add(b"q\n", prepend=True)
     page.contents_add(b"\nQ\n" + b"".join(drawn))
     page.obj.Annots = _array([each for n, each in enumerate(annotations) if n not in gone])
-
-
-def _kind(annotation: Any, fields: Mapping[str, Field]) -> Kind | None:
-    field = fields.get(full_name(annotation))
-    return None if field is None else field.kind
 
 
 def _appearance(document: Any, page: Any, annotation: Any, answered: Collection[str]) -> bytes:
@@ -111,11 +107,11 @@ def _appearance(document: Any, page: Any, annotation: Any, answered: Collection[
         if look is None:  # nothing is seen of a button that has no look for its state
             return b""
     elif isinstance(look, pikepdf.Stream) and is_answered:
-        look = _without_value(document, look, has_value=bool(inherited(annotation, "/V")))
+        look = _without_value(document, look, has_value=bool(find_inherited(annotation, "/V")))
     rectangle: Any = pikepdf.Rectangle(annotation.Rect)
     if not isinstance(look, pikepdf.Stream):
         return _frame(rectangle, annotation.get("/MK", {}))
-    return _placed(page, look, rectangle)
+    return _place_appearance(page, look, rectangle)
 
 
 def _without_value(document: Any, look: Any, *, has_value: bool) -> Any:
@@ -130,7 +126,7 @@ def _without_value(document: Any, look: Any, *, has_value: bool) -> Any:
     return form
 
 
-def _placed(page: Any, look: Any, rectangle: Any) -> bytes:
+def _place_appearance(page: Any, look: Any, rectangle: Any) -> bytes:
     """What draws an appearance so that it fills a rectangle of its page."""
     import pikepdf
 
@@ -156,7 +152,7 @@ def _frame(rectangle: Any, characteristics: Any) -> bytes:
     return "".join(lines).encode()
 
 
-def filled(base: bytes, form: PdfForm, writing: Mapping[int, tuple[bytes, bool]]) -> bytes:
+def fill_form(base: bytes, form: PdfForm, writing: Mapping[int, tuple[bytes, bool]]) -> bytes:
     """A form's pages with writing on them.
 
     Parameters
@@ -184,4 +180,4 @@ def filled(base: bytes, form: PdfForm, writing: Mapping[int, tuple[bytes, bool]]
             placing = " ".join(f"{part:.6f}" for part in parts)
             page.contents_add(b"q\n", prepend=True)
             page.contents_add(f"\nQ q {blend}{placing} cm {name} Do Q\n".encode())
-        return _saved(document)
+        return _save_bytes(document)

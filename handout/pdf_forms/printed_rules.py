@@ -49,17 +49,14 @@ def rules(page: NDArray[np.uint8], box: Box) -> tuple[float, ...]:
     light = part.mean(axis=2)
     paper = float(np.percentile(light, 80))  # most of a field is empty
     dark = light < (1 - _SEARCH.dark) * paper
-    found = _closed(dark, max(1, round(_SEARCH.dots * scale))).mean(axis=1) > _SEARCH.share
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], found, [False]]).astype(np.int8)))
-    bands = [(a, b) for a, b in edges.reshape(-1, 2).tolist() if b - a <= _SEARCH.thick * scale]
-    return tuple((first + (a + b) / 2) / scale - top for a, b in bands)
-
-
-def _closed(dark: NDArray[np.bool_], reach: int) -> NDArray[np.bool_]:
-    """Rows of pixels with the gaps between dots closed: what has ink within `reach` pixels on both sides."""
+    # rows with the gaps between dots closed: what has ink within `reach` pixels on both sides
+    reach = max(1, round(_SEARCH.dots * scale))
     before = np.zeros((len(dark), dark.shape[1] + 1), dtype=np.int64)
     np.cumsum(dark, axis=1, out=before[:, 1:])
     at = np.arange(dark.shape[1])
     on_left = before[:, at + 1] - before[:, np.maximum(at + 1 - reach, 0)] > 0
     on_right = before[:, np.minimum(at + reach, dark.shape[1])] - before[:, at] > 0
-    return np.asarray((on_left & on_right) | dark)
+    found = ((on_left & on_right) | dark).mean(axis=1) > _SEARCH.share
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], found, [False]]).astype(np.int8)))
+    bands = [(a, b) for a, b in edges.reshape(-1, 2).tolist() if b - a <= _SEARCH.thick * scale]
+    return tuple((first + (a + b) / 2) / scale - top for a, b in bands)

@@ -21,7 +21,7 @@ from handout.calibrating.wizard import CalibrationTask, ScansRefused, Step, Wiza
 from handout.colour import cgats, exports, report
 from handout.colour.chart_files import ti3
 from handout.colour.reading import pen_field
-from handout.colour.reading import read as read_chart
+from handout.colour.reading import read_scans as read_chart
 from handout.errors import HandoutError, InputError
 from handout.pipeline.options import CalibrationOptions, CalibrationPlace, ChartOptions
 from handout.pipeline.results import SILENT, Attendant, Delivery, Facts, Listener, Result
@@ -84,9 +84,9 @@ def simulated_loop(place: CalibrationPlace, profile: Printer) -> Loop | None:
     """
     if not profile.simulated:
         return None
-    from handout.simulated.print_and_scan import simulated
+    from handout.simulated.print_and_scan import make_loop
 
-    return simulated(profile, place.paper, place.options.faults, place.options.hand)
+    return make_loop(profile, place.paper, place.options.faults, place.options.hand)
 
 
 def scan_page(wizard: Wizard, name: str, loop: Loop | None) -> list[Path]:

@@ -30,7 +30,7 @@ class DeviceEntry(Result):
 def list_devices() -> list[DeviceEntry]:
     """All known machines; the user's own files win over shipped ones of the same name."""
     files = shipped.files("devices", "*.toml")
-    read = {name: profiles.read(path) for name, path in files.items()}
+    read = {name: profiles.read_profile(path) for name, path in files.items()}
     return [DeviceEntry(name, profile.kind, profile.title, files[name]) for name, profile in read.items()]
 
 

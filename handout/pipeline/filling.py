@@ -94,7 +94,7 @@ def fill(
     named = {answers.row: _files(work.form, paths, answers.row if len(forms) > 1 else None) for answers in forms}
     check_outputs([file for each in named.values() for file in each.values()], extra)
     wanted = frozenset[str]().union(*(INK if path.suffix.lower() in OF_INK else STROKES for path in paths))
-    with atomic.together() as opening:
+    with atomic.open_together() as opening:
         for number, answers in enumerate(forms):
             listener.progress(number / len(forms), f"filling in {number + 1}/{len(forms)}")
             drawings, told, count = work.draw(answers, wanted)
@@ -180,7 +180,7 @@ class _Work:
     def entries(self, answers: Answers) -> list[FieldEntry]:
         """What is written into one form."""
         rng = np.random.default_rng([self.task.seed, answers.row, 1])
-        return self._filler.entries(self.form.named, answers.values, rng)
+        return self._filler.entries(self.form.fields_by_name, answers.values, rng)
 
     def problems(self, answers: Answers) -> list[str]:
         """Phrases on answers that are too long for their fields, or that the hand cannot write."""
@@ -203,8 +203,8 @@ class _Work:
             if sheet is None or sheet.manuscript.x_height < SETTINGS.least_mm * entry.frame.scale:
                 width, height = (side / entry.frame.scale for side in entry.frame.size)
                 too_long[entry.field] = (
-                    f"{entry.field}: {answering.quoted(entry.text)} is too long for its {width:.0f} x {height:.0f} mm, "
-                    "however small it is written"
+                    f"{entry.field}: {answering.quote_answer(entry.text)} is too long for its {width:.0f} x "
+                    f"{height:.0f} mm, however small it is written"
                 )
         return list(too_long.values())
 
@@ -271,7 +271,7 @@ def _prepare_work(
 def _answers(form: PdfForm, table: Path, filling: FillOptions) -> tuple[list[Answers], list[str]]:
     """The answers of the rows that are asked for, and what is wrong with them."""
     header, rows = _rows(table, filling.rows)
-    fields, problems = answering.matched(form, header, filling.columns)
+    fields, problems = answering.match_columns(form, header, filling.columns)
     forms, understood = [], not problems
     for number, cells in rows:
         answers, wrong = answering.answers_of(fields, number, cells)
@@ -332,7 +332,7 @@ def _content(
             pages = {
                 number: (FORMATS[".pdf"].write([each], look), each.ink is not None) for number, each in drawings.items()
             }
-            return filled.filled(work.blank(answers), work.form, pages)
+            return filled.fill_form(work.blank(answers), work.form, pages)
         every = [drawings.get(number) or Drawing((), sheet) for number, sheet in enumerate(work.form.pages)]
         return FORMATS[".pdf"].write(every, look)
     if page not in drawings:

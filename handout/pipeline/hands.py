@@ -18,7 +18,7 @@ from handout.pipeline.kept_hands import learn, own_place, scan_notes
 from handout.pipeline.letter_desk import keep_letters
 from handout.pipeline.options import ReadingOptions
 from handout.pipeline.results import SILENT, Delivery, Fact, Listener
-from handout.progress import within
+from handout.progress import narrow_reports
 from handout.sources import read_drawing
 from handout.tagging.page_sources import PageSource, gather_sources, tagged_pages
 from handout.tagging.page_tagging import TaggedPage, hand_of_pages, renumbered
@@ -101,7 +101,7 @@ def _read_pages(
         sources = _open_recordings([str(ink) for ink in inks], transcripts, listener)
     else:
         sources = gather_sources([str(scan) for scan in scans], transcripts, options.dpi, listener.say)
-    tell = within(listener.progress, _OPENED, _MADE)
+    tell = narrow_reports(listener.progress, _OPENED, _MADE)
     pages = tuple(tagged_pages(sources, options.seed, options.pen, listener.say, tell=tell))
     listener.progress(_MADE, "writing the hand")
     hand, moved = mend_boundaries(hand_of_pages(name, pages, options.title or ""))
@@ -109,7 +109,7 @@ def _read_pages(
         hand = replace(hand, pages=tuple(replace(page, scan=None) for page in hand.pages))
     notes: tuple[str, ...] = ()
     if path is not None:
-        with atomic.held(path, listener.say):
+        with atomic.hold_file(path, listener.say):
             file.save(hand, path)
             notes = (*scan_notes(hand), *_keep_learnt(hand, path))
     return _deliver_hand(hand, path, pages, options.seed, notes, moved)
@@ -175,7 +175,7 @@ def read_more(
     keeping = any(page.scan is not None for page in known.pages)
     options = replace(options, ink_only=options.ink_only or not keeping)
     more = _read_pages(known.name, scans, (), _transcripts(texts, listener), None, options, listener)
-    with atomic.held(path, listener.say):  # as it is now: reading takes minutes
+    with atomic.hold_file(path, listener.say):  # as it is now: reading takes minutes
         if PendingLog(path).there():
             keep_letters(str(path))
         hand, corrected = file.load(path), file.journal(path).made

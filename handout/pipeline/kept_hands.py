@@ -179,13 +179,13 @@ def edit_hand(
 def _held(source: Path, path: Path, listener: Listener) -> Iterator[None]:
     """Hold the file that is read and the one that is written, in one order whoever asks: nobody waits in a circle."""
     first, second = sorted((source.resolve(), path.resolve()))
-    with atomic.held(first, listener.say), atomic.held(second, listener.say):
+    with atomic.hold_file(first, listener.say), atomic.hold_file(second, listener.say):
         yield
 
 
 def learn(path: Path) -> Mapping[str, Array]:
     """Work out what is asked of the hand of a file whenever it is written with, and keep it there; what that is."""
-    with atomic.held(path):
+    with atomic.hold_file(path):
         hand = file.load(path)
         if hand.glyphs:
             file.keep_learnt(path, worked_out(hand))
@@ -257,7 +257,7 @@ def export_hand(name: str, output: str | Path, *, ink_only: bool = False) -> Kep
     """Copy a scanned hand into a file, to be given to somebody or kept; with `ink_only` without the scans it keeps."""
     source, path = library.scanned_file(name), hand_path(output)
     hand = file.check(source)
-    with atomic.held(path):
+    with atomic.hold_file(path):
         atomic.write(path, file.without_scans(source) if ink_only else source.read_bytes())
     return KeptHand(path, notes=() if ink_only else scan_notes(hand))
 
@@ -280,7 +280,7 @@ def import_hand(source: str | Path, name: str | None = None, *, replaced: bool =
     """Put a .hand file among the user's own hands, in place of one of that name where it may be `replaced`."""
     hand = file.check(Path(source))  # its ink too: a damaged one would be found when it is written with
     name = name or Path(source).stem
-    with atomic.held(path := own_place(name, replaced=replaced)):
+    with atomic.hold_file(path := own_place(name, replaced=replaced)):
         own_place(name, replaced=replaced)  # nobody has taken the name meanwhile
         atomic.write(path, Path(source).read_bytes())
         PendingLog(path).forget()  # of the hand that had the name before
@@ -317,7 +317,7 @@ def remove_hand(name: str) -> KeptHand:
         others = f"; there are {', '.join(sorted(own_hands))}" if own_hands else ""
         raise InputError(f"Among your own hands there is none called {name!r}{others}.")
     try:
-        with atomic.held(own_hands[name]):
+        with atomic.hold_file(own_hands[name]):
             own_hands[name].unlink()
             PendingLog(own_hands[name]).forget()
     except OSError as error:

@@ -34,7 +34,7 @@ from handout.hand.vetting import REFUSED, SURE, vet
 from handout.pipeline.kept_hands import learn
 from handout.pipeline.page_tiles import TILE, Tiles
 from handout.pipeline.results import SILENT, Facts, Listener
-from handout.progress import within
+from handout.progress import narrow_reports
 from handout.values import Array, Indices
 
 if TYPE_CHECKING:
@@ -148,7 +148,7 @@ def _desk(name: str, aligned: bool = True) -> _LetterDesk:
 
 def _hold_file(path: Path) -> contextlib.AbstractContextManager[None]:
     """The file of a hand and its log, held against other programs."""
-    return atomic.held(path, patience=_PATIENCE)
+    return atomic.hold_file(path, patience=_PATIENCE)
 
 
 def _forget_log(desk: _LetterDesk) -> None:
@@ -530,7 +530,7 @@ def learn_apart(copy: str, listener: Listener = SILENT) -> Facts:
     before = hand = file.load(path)
     pages = sorted({glyph.page for glyph in hand.glyphs if glyph.confirmed})
     for number, page in enumerate(pages):
-        tell = within(listener.progress, 0.8 * number / len(pages), 0.8 * (number + 1) / len(pages))
+        tell = narrow_reports(listener.progress, 0.8 * number / len(pages), 0.8 * (number + 1) / len(pages))
         hand = realigned(hand, page, rng=np.random.default_rng((0, page)), tell=tell)
     found = changes(before, hand)
     listener.progress(0.8, "judging the letters")

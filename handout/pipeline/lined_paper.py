@@ -103,7 +103,7 @@ def lined_paper(
     InputError
         No such paper, a distance of lines that cannot be, or lines that leave no room.
     """
-    paper = papers.named(picture.paper)
+    paper = papers.parse_paper(picture.paper)
     request = _Request(layout, hand, writing, sheet)
     if paper.name in ("ruled", "squared"):
         return _use_drawn_rules(request, paper)

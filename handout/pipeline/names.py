@@ -75,7 +75,7 @@ def _check_name(what: str) -> Callable[[str], object]:
 
 
 def _paper(text: str) -> None:
-    from handout.inking.papers import named as paper
+    from handout.inking.papers import parse_paper as paper
 
     paper(text)
 

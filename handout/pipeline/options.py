@@ -270,7 +270,7 @@ class PictureOptions:
         else:
             known = ", ".join((*PENS, *pen.brushes()))
             raise InputError(f"pen: {name!r} is not one of {known}, nor a .brush or .hand file.")
-        sheet = papers.named(self.paper)
+        sheet = papers.parse_paper(self.paper)
         if self.transparent and sheet.name != "none":
             raise InputError("--transparent leaves the paper out and --paper puts it in: give one of them.")
         return Look(strokes, self.dpi, sheet, self.transparent, layers=self.layer_by)

@@ -177,7 +177,7 @@ def _strokes(draw: object, pose: PoseLibrary, place: Array, colours: Sequence[tu
 
     assert isinstance(draw, ImageDraw.ImageDraw)
     width = _THIN + (_BOLD - _THIN) * _share(pose.channels.get("pressure", np.zeros(len(place))))
-    for first, count in zip(pose.first.tolist(), pose.lengths.tolist(), strict=True):
+    for first, count in zip(pose.first_samples.tolist(), pose.lengths.tolist(), strict=True):
         for i in range(first, first + count):
             x, y = place[i].tolist()
             half = float(width[i]) / 2

@@ -22,7 +22,7 @@ from handout.errors import InputError
 from handout.motion.learned.model import LearnedMovement
 from handout.motion.optimal_control import targets_through
 from handout.motion.styles import restyling, style_file, target_plans, targets
-from handout.motion.styles.style import BOUNDS, Style, check_style, names, of_table, read
+from handout.motion.styles.style import BOUNDS, Style, check_style, names, of_table, read_style
 from handout.motion.styles.style import path as path_of
 from handout.pipeline import writing
 from handout.pipeline.options import PictureOptions, SheetOptions, StyleDraft, StyleValue, WritingOptions
@@ -183,7 +183,7 @@ def _find_model(base: str) -> LearnedMovement | None:
 
 @lru_cache(maxsize=4)
 def _model(place: Path, changed: int) -> LearnedMovement | None:
-    return read(place).model
+    return read_style(place).model
 
 
 def open_style(name: str) -> Facts:
@@ -196,7 +196,7 @@ def open_style(name: str) -> Facts:
     """
     place = path_of(name)
     begun = place.suffix == ".toml" and name.endswith(".toml") and not place.exists()
-    style = Style(title=place.stem, name=place.stem) if begun else read(place)
+    style = Style(title=place.stem, name=place.stem) if begun else read_style(place)
     learned = style.model is not None
     return {
         "name": style.name,

@@ -15,7 +15,7 @@ from handout.pipeline.options import PictureOptions, SheetOptions, WritingOption
 from handout.pipeline.plot_request import ExportOptions
 from handout.pipeline.results import SILENT, Delivery, Fact, Facts, Listener, Tally
 from handout.pipeline.texts import INK, STROKES, Pages, TextDocument, WritingTask, not_followed, prepare, style_notes
-from handout.progress import Tell, silent, within
+from handout.progress import Tell, narrow_reports, silent
 from handout.sinks import OF_INK, check_outputs, losses, write_drawings
 from handout.values import Drawing, Manuscript
 
@@ -165,12 +165,12 @@ def write(
     paths = [Path(name) for name in outputs]
     machines = programs.Programs(device, paths)
     check_outputs(paths, extra := machines.sinks)
-    drawing, wanted = within(listener.progress, 0.0, _WRITTEN), wanted_in(paths)
+    drawing, wanted = narrow_reports(listener.progress, 0.0, _WRITTEN), wanted_in(paths)
     document = open_document(Source(source) if isinstance(source, str) else source, writing, sheet, picture)
     task = document.task
     pages = document.draw(wanted, tell=drawing)
     drawn = pages.drawings
-    files = write_drawings(drawn, paths, task.look, extra=extra, tell=within(listener.progress, _WRITTEN, 1.0))
+    files = write_drawings(drawn, paths, task.look, extra=extra, tell=narrow_reports(listener.progress, _WRITTEN, 1.0))
     notes = (*document.notes, *not_followed(task, wanted >= INK), *_unshown(task, drawn, paths))
     notes = (*notes, *style_notes(task, drawn), *losses(paths, drawn))
     even = machines.pressed_evenly() if task.pose.pose is not None else []

@@ -62,7 +62,7 @@ def surroundings(url: str) -> AbstractContextManager[None]:
     """A slow disk or a busy processor that the address of a simulated plotter asks for (``sim:?disk=1s``)."""
     if not is_simulated(url):
         return contextlib.nullcontext()
-    return cast(AbstractContextManager[None], _simulated().disturbed(url.partition("?")[2]))
+    return cast(AbstractContextManager[None], _simulated().disturb_computer(url.partition("?")[2]))
 
 
 def is_simulated(url: str) -> bool:

@@ -64,8 +64,11 @@ def command(
     """
     from handout.pipeline.writing import drawings
 
+    if not page_name and document.page_size is not None:
+        width, height = (side * _PX for side in document.page_size)
+        page_name = f"{width:.3f}x{height:.3f}mm"
     try:
-        sheet = SheetOptions(page_name or _page_of(document), margin, 1, usual_page="A5")
+        sheet = SheetOptions(page_name, margin, 1, usual_page="A5")
         (drawing,) = drawings(text, writing, sheet)
         into = None if layer is None else vpype_cli.single_to_layer_id(layer, document)
         add(drawing, document, into)
@@ -75,13 +78,6 @@ def command(
 
 
 command.help_group = "handout"  # type: ignore[attr-defined]
-
-
-def _page_of(document: Any) -> str | None:
-    if document.page_size is None:
-        return None
-    width, height = (side * _PX for side in document.page_size)
-    return f"{width:.3f}x{height:.3f}mm"
 
 
 def add(drawing: Drawing, document: Any, layer: int | None = None) -> None:
@@ -108,20 +104,19 @@ def add(drawing: Drawing, document: Any, layer: int | None = None) -> None:
 
 def lines(strokes: list[Stroke]) -> Any:
     """Strokes as a vpype LineCollection, without the samples that are not needed to stay within 0.02 mm."""
+    from shapely.geometry import LineString
+
     found = vpype.LineCollection()
     for stroke in strokes:
         z = stroke.xy @ np.array([1, 1j]) / _PX
         dot = np.abs(z - z[0]).max() < _DOT
         # vpype drops what has no length; a dot of the pen is a very short line there
-        found.append(np.array([z[0], z[0] + _DOT]) if dot else _simplified(z))
+        if dot:
+            found.append(np.array([z[0], z[0] + _DOT]))
+        else:
+            line = LineString(np.column_stack([z.real, z.imag]))
+            found.append(np.array(line.simplify(_TOLERANCE / _PX).coords) @ np.array([1, 1j]))
     return found
-
-
-def _simplified(line: Any) -> Any:
-    from shapely.geometry import LineString
-
-    kept = np.array(LineString(np.column_stack([line.real, line.imag])).simplify(_TOLERANCE / _PX).coords)
-    return kept @ np.array([1, 1j])
 
 
 def from_document(document: Any) -> Drawing:
@@ -153,7 +148,7 @@ def _strokes(document: Any) -> Iterator[Stroke]:
         for line in layer:
             xy = np.column_stack([line.real, line.imag]) * _PX
             step = np.hypot(*np.diff(xy, axis=0).T)
-            kept = pathdata.anchored(xy[np.concatenate([[True], step > 1e-4])])
+            kept = pathdata.anchor_ends(xy[np.concatenate([[True], step > 1e-4])])
             t = clock + np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(kept, axis=0).T)) / _PACE])
             yield Stroke(t, kept, layer=name, colour=shade)
             clock = float(t[-1]) + _LIFT

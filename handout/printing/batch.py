@@ -230,7 +230,7 @@ class PdfFile(Destination):
         if self._writer is None:
             # only now, so that a batch without a single good row leaves no empty file
             self._writer = self._stack.enter_context(picture_pdf.document(self._path, self._way.about))
-        pictures = [(page.page, picture_pdf.PagePicture.unpacked(page.data)) for page in pages]
+        pictures = [(page.page, picture_pdf.PagePicture.unpack(page.data)) for page in pages]
         for _ in range(copies):
             for sheet, picture in pictures:
                 self._writer.add_picture(sheet, picture)

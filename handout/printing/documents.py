@@ -40,7 +40,7 @@ def page_pixels(page: Page, pixels: DevicePixels) -> Pixels:
     """The whole sheet as (height, width, 3) 8-bit device RGB, white where there is no ink."""
     scale = pixels.dpi / 25.4
     sheet = np.full((round(page.height * scale), round(page.width * scale), 3), WHITE, np.uint8)
-    cropped = pixels.cropped()
+    cropped = pixels.crop_white()
     if cropped is None:
         return sheet
     ink, x, y = cropped

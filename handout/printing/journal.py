@@ -330,7 +330,7 @@ def _explain_lost_head(run: JournalRun, what: Batch, path: Path) -> str:
 def last_run(table: Path, place: Path | None = None) -> JournalRun | None:
     """The newest run of a table in this file, whatever was made of it; None if there was none."""
     paths = sorted((place or folder()).glob("*.jsonl"), key=lambda path: path.stat().st_mtime, reverse=True)
-    runs = (run for path in paths if (run := _read_run(journal_lines.read(path))) is not None)
+    runs = (run for path in paths if (run := _read_run(journal_lines.read_lines(path))) is not None)
     return next((run for run in runs if run.head.get("table") == str(table.resolve())), None)
 
 

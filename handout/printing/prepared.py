@@ -197,7 +197,7 @@ class PdfPage(_ForPrinter):
 
     def __call__(self, number: int, page: BatchPage) -> PreparedPage:
         """See `Prepare`."""
-        return self._finish_page(page, picture_pdf.page_picture(page.drawing.page, page.pixels(self.dpi)).packed())
+        return self._finish_page(page, picture_pdf.page_picture(page.drawing.page, page.pixels(self.dpi)).pack())
 
 
 @dataclass(frozen=True)

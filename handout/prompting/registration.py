@@ -113,7 +113,7 @@ def register(image: NDArray[np.uint8]) -> Registration | None:
             "and two opposite ones for a scan. Scan the whole sheet, with nothing over its marks."
         )
     nominal = mark_corners(page)[list(marks)].reshape(-1, 2)
-    measured = markers.refined(grey, np.concatenate([corners_found[corner] for corner in marks]), MARK_CELLS)
+    measured = markers.refine_corners(grey, np.concatenate([corners_found[corner] for corner in marks]), MARK_CELLS)
     matrix = _fit(nominal, measured, len(marks))
     residuals = apply(inverse(matrix), measured) - nominal
     residual = float(np.sqrt(np.square(residuals).sum(axis=1).mean()))

@@ -21,7 +21,7 @@ def is_tiff(path: Path) -> bool:
 def count_of_tiff(path: Path) -> int:
     """How many pages a TIFF holds; 1 for one that cannot be read."""
     try:
-        with tiff.opened(path) as file:
+        with tiff.open_tiff(path) as file:
             return max(1, len(file.pages))
     except Exception:  # what a damaged file raises there is not one kind
         return 1
@@ -38,7 +38,7 @@ def page_of_tiff(path: Path, page: int | None) -> tuple[NDArray[np.uint8], tuple
     import tifffile
 
     try:
-        with tiff.opened(path) as file:
+        with tiff.open_tiff(path) as file:
             pages = file.pages
             page_file = pages[page_index(len(pages), page, path)]
             assert isinstance(page_file, tifffile.TiffPage)

@@ -51,15 +51,15 @@ class Loop:
         """
         paths = []
         for number, (_, pixels) in enumerate(job_reader.pages(document, self.profile.dpi), 1):
-            sheet = self.press.printed(pixels, self.profile.dpi, self.profile.margins, self.rng)
+            sheet = self.press.print_page(pixels, self.profile.dpi, self.profile.margins, self.rng)
             if frame is not None and self.hand:
-                sheet = self._written(sheet, frame)
+                sheet = self._write_sheet(sheet, frame)
             picture = self.flatbed.scan(sheet, self.dpi, self.rng)
             paths.append(to.with_name(f"{to.stem}-{number}.tif"))
             write(picture, self.dpi, paths[-1])
         return paths
 
-    def _written(self, sheet: SimulatedSheet, frame: tuple[float, float, float, float]) -> SimulatedSheet:
+    def _write_sheet(self, sheet: SimulatedSheet, frame: tuple[float, float, float, float]) -> SimulatedSheet:
         """The sheet with a line of the hand's writing in the frame; its pages count as scans of a usual flatbed."""
         from handout.calibrating import pen_reference
         from handout.colour.pen_lines import strokes_in
@@ -78,7 +78,7 @@ class Loop:
         ink = np.convolve((amount > _INKED).sum(axis=1), np.ones(height), "valid")
         row = int(ink.argmax()) if len(ink) > 1 else 0
         spectrum = pen.ink_of(paper * np.exp(-core), paper, Flatbed())
-        return pen.written(sheet, frame, amount[row : row + height], dpi, spectrum, _SHARPENED)
+        return pen.write_on_sheet(sheet, frame, amount[row : row + height], dpi, spectrum, _SHARPENED)
 
 
 def write(picture: NDArray[np.unsignedinteger[Any]], dpi: float, path: Path) -> None:
@@ -88,7 +88,7 @@ def write(picture: NDArray[np.unsignedinteger[Any]], dpi: float, path: Path) -> 
     tifffile.imwrite(path, picture, photometric="rgb", resolution=(dpi, dpi), resolutionunit="INCH")
 
 
-def simulated(profile: Printer, paper: str = WHITE, faults: Iterable[str] = (), hand: str = "") -> Loop:
+def make_loop(profile: Printer, paper: str = WHITE, faults: Iterable[str] = (), hand: str = "") -> Loop:
     """The loop of a simulated printer; `faults` are of the printer, or settings of the scanner (`SETTINGS`).
 
     Raises

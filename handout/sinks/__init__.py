@@ -21,7 +21,7 @@ from handout import atomic
 from handout.errors import InputError
 from handout.inking.papers import Paper
 from handout.inking.pen import BY_FOOTPRINT, Pen, rgb
-from handout.progress import Tell, silent, within
+from handout.progress import Tell, narrow_reports, silent
 from handout.sinks.layers import By
 from handout.values import Array, Drawing
 
@@ -93,7 +93,7 @@ def _png(pages: Sequence[Drawing], look: Look) -> bytes:
         return to_png(cover, dpi, about=page.about, palette=plain.shades(rgb(pen.colour)))
     plain.shape(page, dpi, pen.width)  # refuses a page that no paper can be made for
     # the ink draws on children of its generator, so that it is the same on any paper
-    sheet = papers.sheet(papers.under(look.paper, page.about), page.page, dpi, pens.noise(page.about))
+    sheet = papers.sheet(papers.place_lines(look.paper, page.about), page.page, dpi, pens.noise(page.about))
     if page.beneath is not None:
         white = np.full((*plain.shape(page, dpi, pen.width), 3), 255, dtype=np.uint8)
         sheet = page.beneath(white if sheet is None else sheet, dpi)
@@ -274,7 +274,7 @@ def write_drawings(
     files = check_outputs(paths, extra, len(drawings))
     contents: list[bytes] = []
     for number, path in enumerate(paths):
-        part = within(tell, number / len(paths), (number + 1) / len(paths))
+        part = narrow_reports(tell, number / len(paths), (number + 1) / len(paths))
         contents += _make_files(Path(path).suffix.lower(), drawings, look, extra or {}, part)
     atomic.write_all(zip(files, contents, strict=True))
     return files

@@ -84,6 +84,6 @@ def escape_xml(text: str) -> str:
     return html.escape(text, quote=False)
 
 
-def quoted(text: str) -> str:
+def quote_attribute(text: str) -> str:
     """`text` as the value of an attribute, in its quotes; breaks and tabs survive."""
     return '"' + re.sub('["\t\n\r]', lambda match: f"&#{ord(match[0])};", escape_xml(text)) + '"'

@@ -82,11 +82,15 @@ def to_dxf(drawing: Drawing, *, colour: str = "#1a1a2e", by: layers.By = "ink") 
     by : what a layer is, see `layers.layers`.
     """
     fitted = curves.fit(drawing.strokes)
-    lines = [
-        (name, drawing.strokes[number].colour or colour, _centre_line(fitted[number]), False)
-        for name, numbers in layers.layers(drawing, by).items()
-        for number in numbers
-    ]
+    lines = []
+    for name, numbers in layers.layers(drawing, by).items():
+        for number in numbers:
+            points = fitted[number].points
+            if np.ptp(points, axis=0).any():
+                line = pathdata.flatten_path(points, _FLAT)[0]
+            else:
+                line = points[:1] + np.array([[0.0, 0.0], [_DOT, 0.0]])
+            lines.append((name, drawing.strokes[number].colour or colour, line, False))
     return _file(lines, drawing)
 
 
@@ -95,12 +99,6 @@ def outlines_dxf(drawing: Drawing, areas: Sequence[tuple[str, Sequence[Array]]])
     # a closed polyline goes back to its first point by itself
     lines = [(f"ink {ink}", ink, outline[:-1], True) for ink, outlines in areas for outline in outlines]
     return _file(lines, drawing)
-
-
-def _centre_line(curve: curves.Curve) -> Array:
-    if not np.ptp(curve.points, axis=0).any():
-        return np.asarray(curve.points[:1] + np.array([[0.0, 0.0], [_DOT, 0.0]]))
-    return pathdata.flattened(curve.points, _FLAT)[0]
 
 
 def _file(lines: Sequence[tuple[str, str, Array, bool]], drawing: Drawing) -> bytes:

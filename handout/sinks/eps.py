@@ -38,11 +38,11 @@ def to_eps(drawing: Drawing, *, pen_width: float = 0.5, colour: str = "#1a1a2e",
     # corners of boxes that the marks fill together
     corners = []
     for stroke, curve in zip(drawing.strokes, curves.fit(drawing.strokes), strict=True):
-        if not stroke.even:
+        if not stroke.is_even:
             corners += outline.pieces(stroke, curve)
             continue
         half = paths.stroke_width(stroke, pen_width) / 2
-        along = curve.at(np.linspace(curve.t[0], curve.t[-1], 8 * len(curve.t)))
+        along = curve.places_at(np.linspace(curve.t[0], curve.t[-1], 8 * len(curve.t)))
         corners += [along.min(axis=0, keepdims=True) - half, along.max(axis=0, keepdims=True) + half]
     inked = [*corners, *moves]
     return _file(content, np.concatenate(inked) if inked else None, drawing)
@@ -65,11 +65,14 @@ def _file(content: str, inked: Array | None, drawing: Drawing) -> bytes:
         (left, top), (right, bottom) = inked.min(axis=0), inked.max(axis=0)
         box = np.array([left, drawing.page.height - bottom, right, drawing.page.height - top]) * 72 / 25.4
     whole = [*np.floor(box[:2]).astype(int), *np.ceil(box[2:]).astype(int)]
+    # what Latin 1 lacks is a question mark
+    said = about.title(drawing).encode("latin-1", "replace")
+    title = "".join(chr(b) if 32 <= b < 127 and b not in b"()\\" else f"\\{b:03o}" for b in said)
     head = [
         "%!PS-Adobe-3.0 EPSF-3.0",
         f"%%BoundingBox: {' '.join(map(str, whole))}",
         f"%%HiResBoundingBox: {' '.join(f'{side:.4f}' for side in box)}",
-        f"%%Title: {_text(about.title(drawing))}",
+        f"%%Title: ({title})",
         f"%%Creator: (handout {__version__})",
         "%%LanguageLevel: 1",
         "%%Pages: 0",
@@ -77,9 +80,3 @@ def _file(content: str, inked: Array | None, drawing: Drawing) -> bytes:
     ]
     body = "\n".join(_LINE.sub(r"\1\n", line) if len(line) > 250 else line for line in content.splitlines())
     return "\n".join([*head, f"{_PROLOGUE}{body}", "end", "%%EOF\n"]).encode("ascii")
-
-
-def _text(text: str) -> str:
-    """A string of PostScript: what Latin 1 lacks is a question mark."""
-    plain = (chr(b) if 32 <= b < 127 and b not in b"()\\" else f"\\{b:03o}" for b in text.encode("latin-1", "replace"))
-    return f"({''.join(plain)})"

@@ -11,7 +11,7 @@ drawing to 1e-6 of each unit.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from itertools import groupby
 
 import numpy as np
@@ -38,6 +38,15 @@ def to_inkml(drawing: Drawing) -> bytes:
     page = {"width": drawing.page.width, "height": drawing.page.height, "name": drawing.page.name}
     kinds = list(dict.fromkeys(_names(stroke) for stroke in drawing.strokes))
     nibs = list(dict.fromkeys(stroke.nib for stroke in drawing.strokes))
+    definitions = list[str]()
+    for number, names in enumerate(kinds):
+        channels = "".join(f'<channel name="{n}" type="decimal" {kind}/>' for n, kind, _ in _CHANNELS if n in names)
+        definitions.append(f'<context xml:id="pen{number}"><traceFormat>{channels}</traceFormat></context>')
+    for number, nib in enumerate(nibs):
+        if nib:
+            width = f'name="width" value="{np.format_float_positional(nib, trim="-")}" units="mm"'
+            properties = f'<brushProperty {width}/><brushProperty name="tip" value="rectangle"/>'
+            definitions.append(f'<brush xml:id="nib{number}">{properties}</brush>')
     parts = [
         '<?xml version="1.0" encoding="UTF-8"?>',
         '<ink xmlns="http://www.w3.org/2003/InkML">',
@@ -45,8 +54,7 @@ def to_inkml(drawing: Drawing) -> bytes:
         f'<annotation type="page">{about.escape_xml(about.json_text(page))}</annotation>',
         f'<annotation type="about">{about.escape_xml(about.json_text(drawing.about))}</annotation>',
         "<definitions>",
-        *(_context(names, number) for number, names in enumerate(kinds)),
-        *(_brush(nib, number) for number, nib in enumerate(nibs) if nib),
+        *definitions,
         "</definitions>",
     ]
     for (notes, names, nib), group in groupby(drawing.strokes, lambda s: (_notes(s), _names(s), s.nib)):
@@ -65,19 +73,6 @@ def _notes(stroke: Stroke) -> str:
 
 def _names(stroke: Stroke) -> tuple[str, ...]:
     return tuple(name for name, _, values in _CHANNELS if values(stroke) is not None)
-
-
-def _context(names: Sequence[str], number: int) -> str:
-    channels = "".join(f'<channel name="{n}" type="decimal" {kind}/>' for n, kind, _ in _CHANNELS if n in names)
-    return f'<context xml:id="pen{number}"><traceFormat>{channels}</traceFormat></context>'
-
-
-def _brush(nib: float, number: int) -> str:
-    width = np.format_float_positional(nib, trim="-")
-    properties = (
-        f'<brushProperty name="width" value="{width}" units="mm"/><brushProperty name="tip" value="rectangle"/>'
-    )
-    return f'<brush xml:id="nib{number}">{properties}</brush>'
 
 
 def _trace(stroke: Stroke) -> str:

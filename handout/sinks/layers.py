@@ -39,19 +39,18 @@ def group_inside(drawing: Drawing, by: By, strokes: Sequence[int]) -> tuple[By |
 
 def _group_strokes(drawing: Drawing, by: By, strokes: Sequence[int], *, alone: bool) -> dict[str, list[int]]:
     """Numbers of strokes under the names of their groups; `alone`: whether the names stand for themselves."""
-    name = _ink_names(drawing) if by == "ink" else _Text(drawing).names(by, alone)
+    if by == "ink":
+        page = drawing.about.get("page_number")
+        usual = f"Page {page if isinstance(page, int) else 1}"
+        several = len({stroke.colour for stroke in drawing.strokes}) > 1
+        named = ((stroke.layer, stroke.colour if several else "") for stroke in drawing.strokes)
+        name = [" ".join(filter(None, parts)) or usual for parts in named]
+    else:
+        name = _Text(drawing).names(by, alone)
     found: dict[str, list[int]] = {}
     for number in strokes:
         found.setdefault(name[number], []).append(number)
     return found
-
-
-def _ink_names(drawing: Drawing) -> list[str]:
-    page = drawing.about.get("page_number")
-    usual = f"Page {page if isinstance(page, int) else 1}"
-    several = len({stroke.colour for stroke in drawing.strokes}) > 1
-    named = ((stroke.layer, stroke.colour if several else "") for stroke in drawing.strokes)
-    return [" ".join(filter(None, parts)) or usual for parts in named]
 
 
 class _Text:
@@ -65,14 +64,14 @@ class _Text:
 
     def names(self, by: By, alone: bool) -> list[str]:
         """The name of every stroke's line or word."""
-        name = self._line if by == "line" else self._numbered if alone else self._word
+        name = self._line if by == "line" else self._number_word if alone else self._word
         known = {word: name(word) if word >= 0 else "" for word in {stroke.word for stroke in self._strokes}}
         return [known[stroke.word] or ("Page 1" if alone else "") for stroke in self._strokes]
 
     def _word(self, word: int) -> str:
         return (self._words[word] if word < len(self._words) else "") or f"word {word + 1}"
 
-    def _numbered(self, word: int) -> str:
+    def _number_word(self, word: int) -> str:
         """Words come more than once, and layers are sorted by their names."""
         return f"{word + 1:03d} {self._word(word)}".removesuffix(f" word {word + 1}")
 

@@ -84,14 +84,14 @@ def content(drawing: Drawing, pen_width: float, colour: str) -> str:
     ink = rgb(colour)
     lines = [f"{matrix(drawing)} 1 J 1 j {ink} RG"]
     before = ""
-    filled = not all(stroke.even for stroke in drawing.strokes)
+    filled = not all(stroke.is_even for stroke in drawing.strokes)
     if filled:
         lines.append(f"{ink} rg")
     for stroke, curve in zip(drawing.strokes, curves.fit(drawing.strokes), strict=True):
         if (stroke_ink := rgb(stroke.colour or colour)) != ink:
             ink = stroke_ink
             lines += [f"{ink} RG", *([f"{ink} rg"] if filled else [])]
-        if not stroke.even:
+        if not stroke.is_even:
             lines += [f"{polygon(piece)} f" for piece in outline.pieces(stroke, curve)]
             continue
         width = paths.short(round(paths.stroke_width(stroke, pen_width) * 1000))

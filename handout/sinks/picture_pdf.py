@@ -40,19 +40,19 @@ class PagePicture(msgspec.Struct, frozen=True):
     height: int = 0
     data: bytes = b""
 
-    def packed(self) -> bytes:
-        """As bytes, of which `unpacked` makes the same."""
+    def pack(self) -> bytes:
+        """As bytes, of which `unpack` makes the same."""
         return msgspec.msgpack.encode(self)
 
     @staticmethod
-    def unpacked(data: bytes) -> PagePicture:
-        """See `packed`."""
+    def unpack(data: bytes) -> PagePicture:
+        """See `pack`."""
         return msgspec.msgpack.decode(data, type=PagePicture)
 
 
 def page_picture(page: Page, pixels: DevicePixels | None) -> PagePicture:
     """What of a page's pixels is not white, as a PDF holds it; None: a blank page."""
-    cropped = pixels.cropped() if pixels is not None else None
+    cropped = pixels.crop_white() if pixels is not None else None
     return PagePicture() if pixels is None or cropped is None else _picture(page, *cropped, pixels.dpi)
 
 
@@ -80,7 +80,7 @@ class PdfWriter:
         self._kids: list[int] = []
         self._next = _INFO + 1
         # the second line marks the file as binary for programs that guess
-        self._put(b"%PDF-1.6\n%\xe2\xe3\xcf\xd3\n")
+        self._write_bytes(b"%PDF-1.6\n%\xe2\xe3\xcf\xd3\n")
         # ASCII with the three characters that mean something in a PDF string escaped
         text = json.dumps(dict(about or {}), sort_keys=True, default=str)
         for special in "\\()":
@@ -128,8 +128,8 @@ class PdfWriter:
         self._object(_CATALOG, f"<< /Type /Catalog /Pages {_PAGES} 0 R {unscaled} >>".encode())
         start, size = self._at, self._next
         table = "".join(f"{self._offsets[number]:010d} 00000 n \n" for number in range(1, size))
-        self._put(f"xref\n0 {size}\n0000000000 65535 f \n{table}".encode())
-        self._put(
+        self._write_bytes(f"xref\n0 {size}\n0000000000 65535 f \n{table}".encode())
+        self._write_bytes(
             f"trailer\n<< /Size {size} /Root {_CATALOG} 0 R /Info {_INFO} 0 R >>\nstartxref\n{start}\n%%EOF\n".encode()
         )
 
@@ -139,9 +139,9 @@ class PdfWriter:
 
     def _object(self, number: int, body: bytes) -> None:
         self._offsets[number] = self._at
-        self._put(b"%d 0 obj\n%b\nendobj\n" % (number, body))
+        self._write_bytes(b"%d 0 obj\n%b\nendobj\n" % (number, body))
 
-    def _put(self, data: bytes) -> None:
+    def _write_bytes(self, data: bytes) -> None:
         self._stream.write(data)
         self._at += len(data)
 
@@ -155,7 +155,7 @@ def document(path: Path, about: Mapping[str, Any] | None = None) -> Iterator[Pdf
     InputError
         The file cannot be written.
     """
-    with atomic.opened(path) as stream:
+    with atomic.open_file(path) as stream:
         writer = PdfWriter(stream, about)
         yield writer
         writer.finish()

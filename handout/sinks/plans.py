@@ -120,7 +120,7 @@ def _shapes(drawing: Drawing, page: PlannedPage, corner: Array, scale: float) ->
             continue
         targets = (fit.plan.targets - corner) * scale + _MARGIN
         out.append(_line(targets, "#e08f62", 0.15, ' stroke-dasharray="0.8 0.8"'))
-        out.append(_line((fit.plan.at(sample_times(fit.plan)) - corner) * scale + _MARGIN, "#1d4e89", 0.35))
+        out.append(_line((fit.plan.position_at(sample_times(fit.plan)) - corner) * scale + _MARGIN, "#1d4e89", 0.35))
         for number, (x, y) in enumerate(targets.tolist()):
             out.append(f'<circle cx="{x:.2f}" cy="{y:.2f}" r="0.7" stroke="#e06c32" stroke-width="0.25"/>')
             out.append(f'<text x="{x + 0.9:.2f}" y="{y - 0.6:.2f}" font-size="2" fill="#b0521f">{number}</text>')

@@ -17,7 +17,7 @@ import numpy as np
 from handout.inking import curves, pen
 from handout.inking.curves import Curve
 from handout.sinks import about, layers, paths
-from handout.values import Array, Drawing, Stroke
+from handout.values import Drawing, Stroke
 
 _INKSCAPE = "http://www.inkscape.org/namespaces/inkscape"
 _STYLE = """
@@ -203,7 +203,7 @@ def _layer(name: str) -> str:
 
 
 def _label(name: str) -> str:
-    return f"inkscape:label={about.quoted(about.xml_safe(name))}"
+    return f"inkscape:label={about.quote_attribute(about.xml_safe(name))}"
 
 
 def _look(strokes: Sequence[Stroke], pen_width: float, colour: str) -> str:
@@ -223,20 +223,28 @@ def _strokes(drawing: Drawing, pen_width: float, key: str = "") -> list[str]:
 
 def _stroke(stroke: Stroke, curve: Curve, pen_width: float, name: str) -> str:
     mark, line = "", paths.stroke_width(stroke, pen_width)
-    if not stroke.even:
+    if not stroke.is_even:
         from handout.inking import outline
 
         mark, line = name, outline.reach(stroke)
     width = _mm(line)
     attributes = "" if width == _mm(pen_width) else f' stroke-width="{width}"'
     word = "" if stroke.word < 0 else f' data-word="{stroke.word}"'
-    layer = f" data-layer={about.quoted(about.xml_safe(stroke.layer))}" if stroke.layer else ""
+    layer = f" data-layer={about.quote_attribute(about.xml_safe(stroke.layer))}" if stroke.layer else ""
     attributes += f' stroke="{stroke.colour}"' if stroke.colour else ""
     clock = np.rint((curve.t - curve.t[0]) * 1000).astype(np.int64)
     spans = f' data-k="{" ".join(map(str, np.diff(clock).tolist()))}"' if len(clock) > 1 else ""
     times = f'data-t0="{_mm(float(stroke.t[0]))}" data-t1="{_mm(float(stroke.t[-1]))}"'
     clip = f' clip-path="url(#{mark})"{_mark_notes(stroke, curve)}' if mark else ""
-    path = f'<path class="stroke" {times}{word}{layer}{attributes}{spans}{clip} d="{_path(curve)}"/>'
+    # a beginning, and Béziers relative to where the last one ended
+    points = paths.microns(curve)
+    data = "M" + paths.join_numbers(points[0].tolist())
+    if (points == points[0]).all():
+        data += "h.001"  # round caps make it a dot; some programs draw nothing for no length at all
+    else:
+        legs = np.stack([points[1::3], points[2::3], points[3::3]], axis=1) - points[:-1:3, None]
+        data += "".join("c" + paths.join_numbers(leg) for leg in legs.reshape(len(legs), 6).tolist())
+    path = f'<path class="stroke" {times}{word}{layer}{attributes}{spans}{clip} d="{data}"/>'
     return f"{_mark(stroke, curve, mark)}\n{path}" if mark else path
 
 
@@ -257,24 +265,12 @@ def _mark(stroke: Stroke, curve: Curve, name: str) -> str:
     """The outline that a stroke is clipped to; its pieces all turn the same way, so that one path is their union."""
     from handout.inking import outline
 
-    pieces = "".join(_polygon(piece) for piece in outline.pieces(stroke, curve))
+    pieces = ""
+    for piece in outline.pieces(stroke, curve):
+        points = np.rint(piece * 1000).astype(np.int64)
+        legs = paths.join_numbers(np.diff(points, axis=0).ravel().tolist())
+        pieces += f"M{paths.join_numbers(points[0].tolist())}l{legs}z"
     return f'<clipPath id="{name}"><path d="{pieces}"/></clipPath>'
-
-
-def _polygon(piece: Array) -> str:
-    points = np.rint(piece * 1000).astype(np.int64)
-    steps = np.diff(points, axis=0)
-    return f"M{paths.join_numbers(points[0].tolist())}l{paths.join_numbers(steps.ravel().tolist())}z"
-
-
-def _path(curve: Curve) -> str:
-    """Path data: a beginning, and Béziers relative to where the last one ended."""
-    points = paths.microns(curve)
-    begin = "M" + paths.join_numbers(points[0].tolist())
-    if (points == points[0]).all():
-        return begin + "h.001"  # round caps make it a dot; some programs draw nothing for no length at all
-    legs = np.stack([points[1::3], points[2::3], points[3::3]], axis=1) - points[:-1:3, None]
-    return begin + "".join("c" + paths.join_numbers(leg) for leg in legs.reshape(len(legs), 6).tolist())
 
 
 def _travel(drawing: Drawing, shown: bool) -> list[str]:
@@ -289,21 +285,17 @@ def _travel(drawing: Drawing, shown: bool) -> list[str]:
         for a, b in pairwise(paths.plotted_strokes(drawing))
     ]
     times += [""] * (len(ways) - len(times))
-    moves = [_move(way, when) for way, when in zip(ways, times, strict=True)]
-    return [group, *moves, *_dips(drawing), "</g>"]
-
-
-def _move(way: Array, when: str) -> str:
-    line = np.rint(way * 1000).astype(np.int64)
-    return f'<path{when} d="M{paths.join_numbers(line[0].tolist())}L{paths.join_numbers(line[1:].ravel().tolist())}"/>'
-
-
-def _dips(drawing: Drawing) -> Iterator[str]:
-    """A ring where the pen begins to write after it was dipped, and where it was."""
+    parts = [group]
+    for way, when in zip(ways, times, strict=True):
+        first, *rest = np.rint(way * 1000).astype(np.int64).tolist()
+        line = paths.join_numbers([side for place in rest for side in place])
+        parts.append(f'<path{when} d="M{paths.join_numbers(first)}L{line}"/>')
+    # a ring where the pen begins to write after it was dipped, and where it was
     dips = [way for way in paths.hook_ways(drawing) if way["name"] == "dip"]
-    for number, way in enumerate(dips, 1):
-        for x, y in (way["way"][-1], *way["down"]):
-            yield f'<circle class="dip" cx="{_mm(x)}" cy="{_mm(y)}" r="1"><title>dip {number}</title></circle>'
+    for number, dip in enumerate(dips, 1):
+        for x, y in (dip["way"][-1], *dip["down"]):
+            parts.append(f'<circle class="dip" cx="{_mm(x)}" cy="{_mm(y)}" r="1"><title>dip {number}</title></circle>')
+    return [*parts, "</g>"]
 
 
 def _mm(value: float) -> str:

@@ -33,7 +33,13 @@ def from_cyn(data: bytes) -> Drawing:
         Not CYN, a stroke that is cut off, or a sample that is not eight numbers.
     """
     recorded.refuse_many(data.count(b"\n"), "CYN file")
-    return recorded.make_drawing([_raw(table) for table in _strokes(data)], "CYN file", {})
+    raw = list[Raw]()
+    for table in _strokes(data):
+        _, t, x, y, pressure, rotation, tilt_x, tilt_y = table.T
+        tilt, azimuth = lean(tilt_x * np.pi / 2, tilt_y * np.pi / 2)
+        channels = {"pressure": np.clip(pressure, 0.0, 1.0), "tilt": tilt, "azimuth": azimuth}
+        raw.append(Raw(np.column_stack([x, y]) * _SIDE, t, {**channels, "rotation": np.radians(rotation)}))
+    return recorded.make_drawing(raw, "CYN file", {})
 
 
 def _strokes(data: bytes) -> Iterator[Array]:
@@ -56,10 +62,3 @@ def _strokes(data: bytes) -> Iterator[Array]:
             raise InputError(f"This CYN file is cut off: stroke {number} has {len(rows)} of {said} samples.")
         if len(rows):
             yield table
-
-
-def _raw(table: Array) -> Raw:
-    _, t, x, y, pressure, rotation, tilt_x, tilt_y = table.T
-    tilt, azimuth = lean(tilt_x * np.pi / 2, tilt_y * np.pi / 2)
-    channels = {"pressure": np.clip(pressure, 0.0, 1.0), "tilt": tilt, "azimuth": azimuth}
-    return Raw(np.column_stack([x, y]) * _SIDE, t, {**channels, "rotation": np.radians(rotation)})

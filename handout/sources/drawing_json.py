@@ -41,7 +41,7 @@ def decode(data: bytes, form: type[File], what: str) -> File:
         raise InputError(f"This is not {what} in JSON: {error}.") from error
 
 
-class _Stroke(msgspec.Struct, forbid_unknown_fields=True):
+class _JsonStroke(msgspec.Struct, forbid_unknown_fields=True):
     t: list[float]
     x: list[float]
     y: list[float]
@@ -56,12 +56,12 @@ class _Stroke(msgspec.Struct, forbid_unknown_fields=True):
     colour: str = ""
 
 
-class _File(msgspec.Struct, forbid_unknown_fields=True):
+class _DrawingFile(msgspec.Struct, forbid_unknown_fields=True):
     format: Literal["handout-drawing"]
     version: Literal[1]
     page: JsonPage
     about: dict[str, Any]
-    strokes: list[_Stroke]
+    strokes: list[_JsonStroke]
     timed: bool = True
 
 
@@ -73,13 +73,13 @@ def from_json(data: bytes) -> Drawing:
     InputError
         Not JSON, not of this form (the message says where), or strokes that cannot be.
     """
-    file = decode(data, _File, "a drawing")
+    file = decode(data, _DrawingFile, "a drawing")
     page = file.page.page()
     strokes = tuple(_read_stroke(stroke, number) for number, stroke in enumerate(file.strokes, 1))
     return Drawing(strokes, page, file.about, timed=file.timed)
 
 
-def _read_stroke(stroke: _Stroke, number: int) -> Stroke:
+def _read_stroke(stroke: _JsonStroke, number: int) -> Stroke:
     if len(stroke.x) != len(stroke.y):
         raise InputError(f"Stroke {number} has {len(stroke.x)} values of x and {len(stroke.y)} of y.")
     fields = {name: getattr(stroke, name) for name in (*_CHANNELS, "word", "layer", "colour")}

@@ -60,6 +60,12 @@ def from_gml(data: bytes) -> Drawing:
     return recorded.make_drawing(_spread_drawings(strokes_of), "GML", _client_texts(root) | several)
 
 
+def _client_texts(root: Element) -> dict[str, Any]:
+    client = next((e for e in root.iter() if e.tag.lower() == "client"), None)
+    texts = {e.tag.lower(): (e.text or "").strip() for e in (client if client is not None else [])}
+    return {key: text for key, text in texts.items() if text}
+
+
 def _strokes(drawing: Element, scale: Array, rotated: bool, numbers: Iterator[int]) -> list[Raw]:
     """The strokes of one drawing; `numbers` counts through the whole file."""
     strokes = []
@@ -67,8 +73,14 @@ def _strokes(drawing: Element, scale: Array, rotated: bool, numbers: Iterator[in
         number = next(numbers)
         if (stroke.get("isdrawing") or stroke.get("isDrawing") or "true").lower() == "false":
             continue
-        if points := [p for e in stroke if e.tag.lower() == "pt" and (p := _point(e, number))]:
-            strokes.append(_raw(np.array(points), scale, rotated))
+        if found := [p for e in stroke if e.tag.lower() == "pt" and (p := _point(e, number))]:
+            points = np.array(found)
+            xy = points[:, :2] * scale
+            if rotated:
+                xy = np.column_stack([xy[:, 1], scale[0] - xy[:, 0]])
+            t = points[:, 2] if np.isfinite(points[:, 2]).all() else None
+            channels = {"pressure": np.clip(points[:, 3], 0.0, 1.0)} if np.isfinite(points[:, 3]).all() else {}
+            strokes.append(Raw(xy, t, channels))
     return strokes
 
 
@@ -128,18 +140,3 @@ def _scale(root: Element) -> tuple[Array, bool]:
     if not (np.isfinite(size).all() and (size > 0).all()):
         size = np.ones(2)
     return _LONGER * size / size.max(), rotated
-
-
-def _raw(points: Array, scale: Array, rotated: bool) -> Raw:
-    xy = points[:, :2] * scale
-    if rotated:
-        xy = np.column_stack([xy[:, 1], scale[0] - xy[:, 0]])
-    t = points[:, 2] if np.isfinite(points[:, 2]).all() else None
-    channels = {"pressure": np.clip(points[:, 3], 0.0, 1.0)} if np.isfinite(points[:, 3]).all() else {}
-    return Raw(xy, t, channels)
-
-
-def _client_texts(root: Element) -> dict[str, Any]:
-    client = next((e for e in root.iter() if e.tag.lower() == "client"), None)
-    texts = {e.tag.lower(): (e.text or "").strip() for e in (client if client is not None else [])}
-    return {key: text for key, text in texts.items() if text}

@@ -31,7 +31,7 @@ _DIGITS = 7  # of the number of a word; one of more is none
 
 
 @dataclass(frozen=True)
-class _Channel:
+class _InkmlChannel:
     """A channel's name, and the factor that turns its values into mm, s, rad or 0–1."""
 
     name: str
@@ -54,7 +54,7 @@ class _Trace:
     notes: _Notes
 
 
-_PLAIN = (_Channel("X", 1.0), _Channel("Y", 1.0))
+_PLAIN = (_InkmlChannel("X", 1.0), _InkmlChannel("Y", 1.0))
 
 
 def from_inkml(data: bytes, *, unit: float = 1.0) -> Drawing:
@@ -122,7 +122,9 @@ class _Formats:
         nib = (_number(width.get("value")) or 0.0) * _LENGTHS.get(width.get("units", ""), self.unit)
         return nib if 0 < nib < np.inf else 0.0
 
-    def of(self, element: Element, current: tuple[_Channel, ...], depth: int = 0) -> tuple[_Channel, ...]:
+    def find_channels(
+        self, element: Element, current: tuple[_InkmlChannel, ...], depth: int = 0
+    ) -> tuple[_InkmlChannel, ...]:
         """The channels that `element` (trace, group, context, source or format) names, else `current`."""
         if element.tag == "traceFormat":
             return self._channels(element, None)
@@ -134,17 +136,19 @@ class _Formats:
         for key in ("traceFormatRef", "inkSourceRef", "contextRef"):
             target = self._named.get((element.get(key) or "").partition("#")[2])
             if target is not None:
-                return self.of(target, current, depth + 1)
+                return self.find_channels(target, current, depth + 1)
         source = element.find("inkSource")
-        return current if source is None else self.of(source, current, depth + 1)
+        return current if source is None else self.find_channels(source, current, depth + 1)
 
-    def _channels(self, form: Element, source: Element | None) -> tuple[_Channel, ...]:
+    def _channels(self, form: Element, source: Element | None) -> tuple[_InkmlChannel, ...]:
         properties = [] if source is None else list(source.iter("channelProperty"))
         resolutions = {p.get("channel"): p for p in properties if p.get("name") == "resolution"}
         regular = [channel for part in (form, *form.findall("regularChannels")) for channel in part.findall("channel")]
         return tuple(
-            _Channel(name, self._factor(name, c, resolutions.get(name))) for c in regular if (name := c.get("name", ""))
-        ) or tuple(_Channel(c.name, self.unit) for c in _PLAIN)
+            _InkmlChannel(name, self._factor(name, c, resolutions.get(name)))
+            for c in regular
+            if (name := c.get("name", ""))
+        ) or tuple(_InkmlChannel(c.name, self.unit) for c in _PLAIN)
 
     def _factor(self, name: str, channel: Element, resolution: Element | None) -> float:
         units = channel.get("units", "")
@@ -176,21 +180,25 @@ def _traces(root: Element, formats: _Formats) -> Iterator[_Trace]:
     """All traces of a pen that is down, in the order of the file."""
     count = 0
 
-    def walk(parent: Element, current: tuple[_Channel, ...], notes: _Notes) -> Iterator[_Trace]:
+    def walk(parent: Element, current: tuple[_InkmlChannel, ...], notes: _Notes) -> Iterator[_Trace]:
         nonlocal count
         for element in parent:
             if element.tag in ("context", "inkSource", "traceFormat"):
-                current = formats.of(element, current)
+                current = formats.find_channels(element, current)
             elif element.tag == "traceGroup":
-                yield from walk(element, formats.of(element, current), _notes(element, notes, formats.nib(element)))
+                yield from walk(
+                    element, formats.find_channels(element, current), _notes(element, notes, formats.nib(element))
+                )
             elif element.tag == "trace":
                 count += 1
-                values = _values((element.text or "").strip(), formats.of(element, current), count)
+                values = _values((element.text or "").strip(), formats.find_channels(element, current), count)
                 if element.get("type") != "penUp" and values:
                     start = _number(element.get("timeOffset"))
                     yield _Trace(values, None if start is None else start / 1000, notes)
 
-    yield from walk(root, formats.of(root, tuple(_Channel(c.name, formats.unit) for c in _PLAIN)), _Notes())
+    yield from walk(
+        root, formats.find_channels(root, tuple(_InkmlChannel(c.name, formats.unit) for c in _PLAIN)), _Notes()
+    )
 
 
 def _notes(group: Element, outer: _Notes, nib: float | None) -> _Notes:
@@ -204,7 +212,7 @@ def _notes(group: Element, outer: _Notes, nib: float | None) -> _Notes:
     )
 
 
-def _values(text: str, channels: tuple[_Channel, ...], number: int) -> dict[str, Array]:
+def _values(text: str, channels: tuple[_InkmlChannel, ...], number: int) -> dict[str, Array]:
     """Channel → values of a trace in mm, s, rad or 0–1; empty for an empty trace."""
     rows = [row for row in text.split(",") if row.strip()]
     names = [channel.name for channel in channels]
@@ -239,7 +247,7 @@ def _decode(rows: list[str], width: int, number: int) -> Array:
         for i, (qualifier, text) in enumerate(tokens[:width]):
             if text == "?":
                 raise InputError(f"Trace {number}, sample {at + 1}: the value of channel {i + 1} is unknown.")
-            table[at, i] = state[i].next(qualifier, text)
+            table[at, i] = state[i].decode_next(qualifier, text)
     return table
 
 
@@ -248,7 +256,7 @@ class _Decoder:
 
     mode, value, step = "!", 0.0, 0.0
 
-    def next(self, qualifier: str, text: str) -> float:
+    def decode_next(self, qualifier: str, text: str) -> float:
         self.mode = qualifier or self.mode
         if self.mode == "!":
             if text != "*":
@@ -277,7 +285,10 @@ def _xy(trace: _Trace) -> Array:
 def _pen_channels(trace: _Trace) -> dict[str, Any]:
     """What a trace knows of the pen besides its place, by the names of `Stroke`."""
     c = trace.channels
-    tilt, azimuth = _pose(c)
+    # tilt from the vertical and azimuth, rad, from elevation and azimuth or from tilts along the axes
+    tilt, azimuth = np.pi / 2 - c["OE"] if "OE" in c else None, c.get("OA")
+    if "OTx" in c and "OTy" in c:
+        tilt, azimuth = recorded.lean(c["OTx"], c["OTy"])
     channels = {"pressure": c.get("F"), "tilt": tilt, "azimuth": azimuth, "rotation": c.get("OR"), "width": c.get("W")}
     return {name: values for name, values in channels.items() if values is not None}
 
@@ -292,11 +303,3 @@ def _stroke(trace: _Trace, number: int) -> Stroke:
         return Stroke(trace.channels["T"], _xy(trace), **_pen_channels(trace), **trace.notes._asdict())
     except ValueError as error:
         raise InputError(f"Trace {number} cannot be used: {error}.") from error
-
-
-def _pose(channels: dict[str, Array]) -> tuple[Array | None, Array | None]:
-    """Tilt from the vertical and azimuth, rad, from elevation and azimuth or from tilts along the axes."""
-    if "OTx" in channels and "OTy" in channels:
-        return recorded.lean(channels["OTx"], channels["OTy"])
-    elevation = channels.get("OE")
-    return None if elevation is None else np.pi / 2 - elevation, channels.get("OA")

@@ -14,30 +14,30 @@ from handout.sources.drawing_json import JsonPage, decode
 from handout.sources.recorded import refuse_far
 
 
-class _Stroke(msgspec.Struct, forbid_unknown_fields=True):
+class _PlanStroke(msgspec.Struct, forbid_unknown_fields=True):
     onset: float
     duration: float
     asymmetry: float
     theta: float
 
 
-class _Movement(msgspec.Struct, forbid_unknown_fields=True):
+class _PlanMovement(msgspec.Struct, forbid_unknown_fields=True):
     start: float
     end: float
     targets: list[tuple[float, float]]
-    strokes: list[_Stroke]
+    strokes: list[_PlanStroke]
     place_db: float | None = None
     speed_db: float | None = None
     word: int = -1
 
 
-class _File(msgspec.Struct, forbid_unknown_fields=True):
+class _PlansFile(msgspec.Struct, forbid_unknown_fields=True):
     format: Literal["handout-plans"]
     version: Literal[1]
     page: JsonPage
     timed: bool
     about: dict[str, Any]
-    movements: list[_Movement]
+    movements: list[_PlanMovement]
 
 
 def from_json(data: bytes) -> PlannedPage:
@@ -48,13 +48,13 @@ def from_json(data: bytes) -> PlannedPage:
     InputError
         Not JSON, not of this form (the message says where), or plans that cannot be.
     """
-    file = decode(data, _File, "a page of plans")
+    file = decode(data, _PlansFile, "a page of plans")
     page = file.page.page()
     fits = tuple(_read_movement(movement, number) for number, movement in enumerate(file.movements, 1))
     return PlannedPage(fits, page, file.timed, file.about)
 
 
-def _read_movement(movement: _Movement, number: int) -> PlannedStroke:
+def _read_movement(movement: _PlanMovement, number: int) -> PlannedStroke:
     columns = np.array([(s.onset, s.duration, s.asymmetry, s.theta) for s in movement.strokes]).reshape(-1, 4).T
     if (columns[1] <= 0).any():
         raise InputError(f"Movement {number} has a stroke whose duration is not above 0 s.")

@@ -87,10 +87,10 @@ def _strokes(read: Any) -> Iterator[list[_Event]]:
         except msgspec.MsgspecError as error:
             raise InputError(f"This is not pointer events in JSON: {error}.") from error
         recorded.refuse_many(len(events), "file of pointer events")
-        yield from [events] if len(lists) > 1 else _split(events)
+        yield from [events] if len(lists) > 1 else _split_strokes(events)
 
 
-def _split(events: Sequence[_Event]) -> Iterator[list[_Event]]:
+def _split_strokes(events: Sequence[_Event]) -> Iterator[list[_Event]]:
     typed = any(event.type == "pointerdown" for event in events)
     stroke: list[_Event] = []
     for event in events:

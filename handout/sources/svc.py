@@ -16,7 +16,7 @@ import numpy as np
 from handout.errors import InputError
 from handout.sources import recorded
 from handout.sources.recorded import Raw
-from handout.values import Array, Drawing
+from handout.values import Drawing
 
 _LINE = 25.4 / 5080  # mm, of the tablets' usual 5080 lines an inch
 _COLUMNS = 7
@@ -47,20 +47,14 @@ def from_svc(data: bytes) -> Drawing:
     if len(rows) < announced:
         raise InputError(f"This SVC is cut off: it has {len(rows)} of {announced} samples.")
     full = recorded.full_pressure(float(table[:, 6].max())) if len(rows) else 1.0
-    raw = [_raw(piece, full) for piece in _paper_rows(table)] if len(rows) else []
+    raw = list[Raw]()
+    down = np.concatenate([[False], table[:, 3] > 0, [False]]) if len(rows) else np.zeros(0)
+    for a, b in np.flatnonzero(np.diff(down.astype(np.int8))).reshape(-1, 2).tolist():
+        piece = table[a:b]
+        channels = {
+            "pressure": np.clip(piece[:, 6] / full, 0.0, 1.0),
+            "azimuth": np.radians(piece[:, 4] / 10),
+            "tilt": np.pi / 2 - np.radians(piece[:, 5] / 10),
+        }
+        raw.append(Raw(np.column_stack([piece[:, 1], -piece[:, 0]]) * _LINE, piece[:, 2] * 1e-3, channels))
     return recorded.make_drawing(raw, "SVC file", {})
-
-
-def _paper_rows(table: Array) -> list[Array]:
-    down = np.concatenate([[False], table[:, 3] > 0, [False]])
-    change = np.flatnonzero(np.diff(down.astype(np.int8)))
-    return [table[a:b] for a, b in change.reshape(-1, 2).tolist()]
-
-
-def _raw(piece: Array, full: float) -> Raw:
-    channels = {
-        "pressure": np.clip(piece[:, 6] / full, 0.0, 1.0),
-        "azimuth": np.radians(piece[:, 4] / 10),
-        "tilt": np.pi / 2 - np.radians(piece[:, 5] / 10),
-    }
-    return Raw(np.column_stack([piece[:, 1], -piece[:, 0]]) * _LINE, piece[:, 2] * 1e-3, channels)

@@ -28,7 +28,7 @@ _MOST = 5000  # targets
 Pair = tuple[float, float]
 
 
-class _Frame(msgspec.Struct, forbid_unknown_fields=True):
+class _TargetFrame(msgspec.Struct, forbid_unknown_fields=True):
     origin: Pair = (0.0, 0.0)
     angle: str = "0deg"
     scale: float = 1.0
@@ -37,10 +37,10 @@ class _Frame(msgspec.Struct, forbid_unknown_fields=True):
 class _Reference(msgspec.Struct, forbid_unknown_fields=True):
     targets: list[Pair]
     covariances: list[tuple[Pair, Pair]] | None = None
-    frame: _Frame | None = None
+    frame: _TargetFrame | None = None
 
 
-class _File(msgspec.Struct, forbid_unknown_fields=True):
+class _TargetsFile(msgspec.Struct, forbid_unknown_fields=True):
     targets: list[Pair]
     covariances: list[tuple[Pair, Pair]] | None = None
     pen_up: list[int] = []
@@ -65,7 +65,7 @@ def from_json(data: bytes) -> TargetPlan:
     InputError
         Not JSON, not of this form, no targets or too many, or ellipses that are none; the message says where.
     """
-    file = decode(data, _File, "a plan of targets")
+    file = decode(data, _TargetsFile, "a plan of targets")
     if not 1 <= len(file.targets) <= _MOST:
         raise InputError(f"This plan has {len(file.targets)} targets; it needs 1 to {_MOST}.")
     wrong = [at for at in file.pen_up if not 0 <= at < len(file.targets)]
@@ -98,7 +98,7 @@ def _read_reference(reference: _Reference, number: int) -> TargetReference:
     spreads = None if reference.covariances is None else np.array(reference.covariances, dtype=np.float64)
     if spreads is not None and len(spreads) != len(targets):
         raise InputError(f"{where}There are {len(spreads)} covariances for {len(targets)} targets; each needs one.")
-    frame = reference.frame or _Frame()
+    frame = reference.frame or _TargetFrame()
     if not frame.scale > 0:
         raise InputError(f"{where}scale = {frame.scale:g} is not above 0.")
     with np.errstate(over="ignore", invalid="ignore"):

@@ -25,7 +25,7 @@ _CHANNELS = "will://input/3.0/channel/"
 _MOST_DIGITS = 18  # of a precision
 
 
-class _Channel(NamedTuple):
+class _UimChannel(NamedTuple):
     """name : as the standard has it.  factor : of its numbers, to m, s, rad or a share."""
 
     name: str
@@ -56,7 +56,7 @@ def from_uim(data: bytes) -> Drawing:
         if parts.get(b"HEAD", b"")[:2] != b"\x03\x01":
             raise InputError("This UIM is of another version than 3.1: save it anew with a newer program.")
         root = _message(parts.get(b"INPT", b""))
-        known: dict[bytes, _Channel] = {}
+        known: dict[bytes, _UimChannel] = {}
         for context in _inner(root, 1):
             known |= _describe_channels(context)
         strokes = [raw for data in _inner(root, 2) if (raw := _raw(_samples(_message(data), known))) is not None]
@@ -107,7 +107,7 @@ def _number(message: Message, number: int) -> int:
     return next((value for value in message.get(number, []) if isinstance(value, int)), 0)
 
 
-def _describe_channels(context: bytes) -> dict[bytes, _Channel]:
+def _describe_channels(context: bytes) -> dict[bytes, _UimChannel]:
     """Channels by their identifiers, of the context of an input."""
     known = {}
     for sensor in _inner(_message(context), 5):
@@ -119,7 +119,7 @@ def _describe_channels(context: bytes) -> dict[bytes, _Channel]:
                 if digits > _MOST_DIGITS or not resolution > 0:
                     raise ValueError("a channel without a unit")
                 plain = name.decode("ascii").removeprefix(_CHANNELS)
-                known[identity] = _Channel(plain, 10.0**-digits / resolution)
+                known[identity] = _UimChannel(plain, 10.0**-digits / resolution)
     return known
 
 
@@ -131,7 +131,7 @@ class _Sensed:
     channels: dict[str, Array]
 
 
-def _samples(message: Message, known: dict[bytes, _Channel]) -> _Sensed:
+def _samples(message: Message, known: dict[bytes, _UimChannel]) -> _Sensed:
     channels = {}
     for each in map(_message, _inner(message, 5)):
         (identity,) = _inner(each, 1)[:1]

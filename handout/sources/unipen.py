@@ -11,7 +11,7 @@ recognizer benchmarks, 1994.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -38,7 +38,7 @@ class _Segment(NamedTuple):
 
 
 @dataclass
-class _State:
+class _UnipenState:
     """What has been read so far; components, pen down or up, are counted as segments count them."""
 
     coordinates: list[str] = field(default_factory=lambda: ["X", "Y"])
@@ -68,22 +68,18 @@ def from_unipen(data: bytes, include: Include | None = None) -> Drawing:
     InputError
         Not UNIPEN, samples that are not numbers, or an included file that is missing.
     """
-    state = _State()
+    state = _UnipenState()
     _read_statements(data, state, include or (lambda name: None), 0)
     if not state.components and not state.segments:
         raise InputError("This is not UNIPEN: it has neither .PEN_DOWN nor .SEGMENT.")
     parts = [(n, rows) for n in _drawn_components(state) for rows in _paper_rows(state, state.components[n][1])]
-    word_of = {index: word for word, segment in enumerate(_words(state.segments)) for index in segment.components}
+    # the segments that are words; where no words are marked, the texts
+    levels = ([segment for segment in state.segments if segment.level == level] for level in ("WORD", "TEXT"))
+    words = next(filter(None, levels), [])
+    word_of = {index: word for word, segment in enumerate(words) for index in segment.components}
     raw = [_raw(state, state.components[index][1], rows, word_of.get(index, -1)) for index, rows in parts]
     labels = _labels(state.segments, [index for index, _ in parts])
     return recorded.make_drawing(raw, "UNIPEN file", {"segments": labels} if labels else {})
-
-
-def _drawn_components(state: _State) -> list[int]:
-    """Components of the pen down; of a file of labels, which uses part of the files it includes, those it labels."""
-    down = [index for index, (is_down, _) in enumerate(state.components) if is_down]
-    labelled = {component for segment in state.segments for component in segment.components}
-    return [index for index in down if index in labelled] if labelled else down
 
 
 def _labels(segments: list[_Segment], component_of: list[int]) -> list[dict[str, object]]:
@@ -97,20 +93,14 @@ def _labels(segments: list[_Segment], component_of: list[int]) -> list[dict[str,
     ]
 
 
-def _words(segments: list[_Segment]) -> list[_Segment]:
-    """The segments that are words; where no words are marked, the texts."""
-    for level in ("WORD", "TEXT"):
-        if chosen := [segment for segment in segments if segment.level == level]:
-            return chosen
-    return []
-
-
-def _read_statements(data: bytes, state: _State, include: Include, depth: int) -> None:
+def _read_statements(data: bytes, state: _UnipenState, include: Include, depth: int) -> None:
     if depth > _DEEPEST:
         raise InputError(f"This UNIPEN file includes files more than {_DEEPEST} deep.")
     recorded.refuse_many(len(_SAMPLE.findall(data)), "UNIPEN file")  # before millions of lines are taken apart
     text = data.decode("latin-1")
-    for name, body in _statements(text):
+    marks = list(_STATEMENT.finditer(text))
+    for mark, after in zip(marks, [*marks[1:], None], strict=False):
+        name, body = mark.group(1), text[mark.end() : after.start() if after else len(text)]
         if name == "INCLUDE":
             wanted = body.strip()
             more = include(wanted)
@@ -128,13 +118,7 @@ def _read_statements(data: bytes, state: _State, include: Include, depth: int) -
             _declare(name, body, state)
 
 
-def _statements(text: str) -> Iterator[tuple[str, str]]:
-    marks = list(_STATEMENT.finditer(text))
-    for mark, after in zip(marks, [*marks[1:], None], strict=False):
-        yield mark.group(1), text[mark.end() : after.start() if after else len(text)]
-
-
-def _declare(name: str, body: str, state: _State) -> None:
+def _declare(name: str, body: str, state: _UnipenState) -> None:
     match = re.fullmatch(r"([XY])_POINTS_PER_(INCH|MM)", name)
     if name == "COORD":
         if state.components:
@@ -153,7 +137,7 @@ def _declare(name: str, body: str, state: _State) -> None:
             state.per_mm[match.group(1)] = value / 25.4 if match.group(2) == "INCH" else value
 
 
-def _samples(body: str, state: _State, number: int) -> Array:
+def _samples(body: str, state: _UnipenState, number: int) -> Array:
     """(n, channels): the numbers of a component."""
     width = len(state.coordinates)
     rows = [line.split() for line in body.splitlines() if line.strip()]
@@ -163,7 +147,7 @@ def _samples(body: str, state: _State, number: int) -> Array:
         raise InputError(f"Component {number} of this UNIPEN file has a sample that is not {width} numbers.") from error
 
 
-def _segment(body: str, state: _State) -> None:
+def _segment(body: str, state: _UnipenState) -> None:
     match = _SEGMENT.match(" ".join(body.split()))
     if match is None:
         return
@@ -176,7 +160,14 @@ def _segment(body: str, state: _State) -> None:
     state.segments.append(_Segment(match.group(1), numbers, label))
 
 
-def _paper_rows(state: _State, values: Array) -> list[slice]:
+def _drawn_components(state: _UnipenState) -> list[int]:
+    """Components of the pen down; of a file of labels, which uses part of the files it includes, those it labels."""
+    down = [index for index, (is_down, _) in enumerate(state.components) if is_down]
+    labelled = {component for segment in state.segments for component in segment.components}
+    return [index for index in down if index in labelled] if labelled else down
+
+
+def _paper_rows(state: _UnipenState, values: Array) -> list[slice]:
     """The rows of a component that are of the pen on paper: some tablets go on above it, with no pressure."""
     if "P" not in state.coordinates:
         return [slice(None)]
@@ -186,7 +177,7 @@ def _paper_rows(state: _State, values: Array) -> list[slice]:
     return [slice(a, b) for a, b in np.flatnonzero(np.diff(down)).reshape(-1, 2).tolist()]
 
 
-def _raw(state: _State, values: Array, rows: slice, word: int) -> Raw:
+def _raw(state: _UnipenState, values: Array, rows: slice, word: int) -> Raw:
     """Some rows of a component."""
     names = state.coordinates
     if "X" not in names or "Y" not in names:
@@ -202,7 +193,7 @@ def _raw(state: _State, values: Array, rows: slice, word: int) -> Raw:
     return Raw(np.column_stack([x, y]), None if t is None else t[rows], channels, word)
 
 
-def _times(state: _State, values: Array) -> Array | None:
+def _times(state: _UnipenState, values: Array) -> Array | None:
     """s; the unit of T is what comes nearest to the stated rate: files in ms (as the format says) and in µs exist."""
     if "T" in state.coordinates:
         t = values[:, state.coordinates.index("T")]

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from handout import units
 from handout.errors import InputError
-from handout.progress import Tell, silent, within
+from handout.progress import Tell, narrow_reports, silent
 from handout.scanning.checks import check_dpi, source_of
 from handout.scanning.density import Scale, pooled_scale
 from handout.scanning.matting import fill_smooth
@@ -217,7 +217,7 @@ def tagged_pages(
     for number, source in enumerate(sources):
         say(f"Page {number + 1} of {len(sources)}: {source.prepared.scan.source} …")
         rng = np.random.default_rng((seed, number))
-        part = within(tell, number / len(sources), (number + 1) / len(sources), f"page {number + 1}: ")
+        part = narrow_reports(tell, number / len(sources), (number + 1) / len(sources), f"page {number + 1}: ")
         yield _tag_source(source, scale, rng, pen, say, method, part)
 
 
@@ -245,7 +245,9 @@ def _tag_source(
         if source.letters is not None:
             tagged = tag_labelled_page(written, source.transcript, source.letters)
         else:
-            tagged = tag_page(written, source.transcript, rng=rng, method=method, tell=within(tell, _WRITTEN, 1.0))
+            tagged = tag_page(
+                written, source.transcript, rng=rng, method=method, tell=narrow_reports(tell, _WRITTEN, 1.0)
+            )
     except InputError as error:
         raise InputError(f"{written.scan.source}: {error}") from error
     _refuse_lost(tagged, len(written.text_lines.lines))

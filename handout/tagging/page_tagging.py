@@ -20,7 +20,7 @@ from handout.hand.measures import contradicted_cases
 from handout.hand.page_editor import line_alone
 from handout.hand.places import graphemes, word_at
 from handout.hand.scanned import NOBODY, ScannedGlyph, ScannedHand, ScannedPage
-from handout.progress import Tell, silent, within
+from handout.progress import Tell, narrow_reports, silent
 from handout.scanning.foreign_ink import foreign_ink
 from handout.scanning.text_lines import TextLines, find_text_lines
 from handout.scanning.written_page import WrittenPage
@@ -100,7 +100,7 @@ def tag_page(
     """
     written, foreign, told = without_foreign_ink(written, transcript, rng)
     written = with_transcript_lines(written, transcript, rng)
-    alignment = align(written, transcript, method=method, rng=rng, tell=within(tell, 0.0, _ALIGNED))
+    alignment = align(written, transcript, method=method, rng=rng, tell=narrow_reports(tell, 0.0, _ALIGNED))
     tell(_ALIGNED, "the joins")
     assignment = assign_letters(written.graph, alignment, np.where(foreign, NOBODY, vertex_lines(written)))
     page = replace(scanned_page(written, transcript), dismissed=np.flatnonzero(foreign))

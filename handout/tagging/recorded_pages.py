@@ -103,7 +103,7 @@ def page_source(recording: RecordedPage) -> PageSource:
 def _resample_evenly(stroke: Stroke, curve: curves.Curve, width: float) -> Stroke:
     """A stroke with a sample about every pixel of its page."""
     fine = np.concatenate([np.linspace(a, b, 8, endpoint=False) for a, b in pairwise(stroke.t)] + [stroke.t[-1:]])
-    xy = curve.at(fine)
+    xy = curve.places_at(fine)
     run = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(xy, axis=0).T))])
     count = round(run[-1] * _DPI / 25.4) + 1
     # where the pen rests, it is left at the last moment

@@ -23,7 +23,7 @@ from handout.hand.page_editor import line_alone
 from handout.hand.places import graphemes, word_at
 from handout.hand.scanned import NOBODY, ScannedGlyph, ScannedHand, ScannedPage
 from handout.networks import one_thread
-from handout.progress import Tell, silent, within
+from handout.progress import Tell, narrow_reports, silent
 from handout.scanning.text_lines import line_owners
 from handout.tagging import network
 from handout.tagging.alignment import AlignedLine, Alignment, aligned_letters
@@ -102,7 +102,7 @@ def correct(
     corrected, notes, removed = applied(hand, made)
     pages = sorted({correction.page for correction in made}) if learning else []
     for number, page in enumerate(pages):
-        part = within(tell, number / len(pages), (number + 1) / len(pages))
+        part = narrow_reports(tell, number / len(pages), (number + 1) / len(pages))
         corrected = realigned(corrected, page, rng=np.random.default_rng((seed, page)), tell=part)
     return Corrected(corrected, changes(hand, corrected, removed), notes)
 

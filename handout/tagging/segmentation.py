@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from handout.alphabet import JUNK, LETTERS, SPACE, fold, state
 from handout.hand.places import graphemes
 from handout.networks import Floats
-from handout.progress import Tell, silent, within
+from handout.progress import Tell, narrow_reports, silent
 from handout.tagging import network
 from handout.tagging.decoder import TERMS, ColumnReading, Decoded, Held, Terms, decode, read
 from handout.tagging.line_space import ABOVE, HEIGHT, INKY, X_HEIGHT, Image, column_count, describe
@@ -170,7 +170,9 @@ def by_segments(
     rehearsed = rehearsal([line.text for line in lines], rng)
     known = _known_columns(page, lines, best, held, rng)
     for half in range(_ADAPTATION.folds):
-        learning = within(within(tell, _FOUND, 1.0), half / _ADAPTATION.folds, (half + 1) / _ADAPTATION.folds)
+        learning = narrow_reports(
+            narrow_reports(tell, _FOUND, 1.0), half / _ADAPTATION.folds, (half + 1) / _ADAPTATION.folds
+        )
         others = np.flatnonzero(fold != half).tolist()
         letters = [spans(lines[i], best[i]) for i in others]
         learned = page_columns([page.images[i] for i in others], letters, rng)

@@ -155,7 +155,7 @@ _DENSE = 12  # places between two points
 
 def accented(glyph: Glyph, marks: tuple[str, ...], hand: Hand, rng: np.random.Generator) -> Glyph:
     """`glyph` with `marks` set on it; i and j lose their dots to an accent above."""
-    strokes, delayed = glyph.parted(glyph.strokes)
+    strokes, delayed = glyph.part_strokes(glyph.strokes)
     above = [mark for mark in marks if mark not in NOT_ABOVE]
     dotted = glyph.letter in ("i", "j") and above
     delayed = [] if dotted else delayed

@@ -80,7 +80,7 @@ def is_bar(stroke: Array) -> bool:
 @lru_cache(maxsize=4096)
 def _edges(glyph: Glyph) -> tuple[Array, Array]:
     """Leftmost and rightmost x of a letter at some heights, without its delayed strokes; ±inf where it has nothing."""
-    ways = [_evenly(stroke) for stroke in glyph.parted(glyph.strokes)[0]]
+    ways = [_evenly(stroke) for stroke in glyph.part_strokes(glyph.strokes)[0]]
     left, right = np.full(len(_HEIGHTS), np.inf), np.full(len(_HEIGHTS), -np.inf)
     if ways:
         xy = np.vstack(ways)
@@ -187,7 +187,7 @@ def _dots(glyph: Glyph, strokes: Sequence[Array]) -> list[int]:
     """Which strokes of a letter are its dots or accent: delayed strokes that lie wholly above the rest."""
     if not any(glyph.delayed) or all(glyph.delayed):
         return []
-    top = max(float(stroke[:, 1].max()) for stroke in glyph.parted(strokes)[0])
+    top = max(float(stroke[:, 1].max()) for stroke in glyph.part_strokes(strokes)[0])
     return [k for k, delayed in enumerate(glyph.delayed) if delayed and float(strokes[k][:, 1].min()) > top]
 
 

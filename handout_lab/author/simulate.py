@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from handout.errors import InputError
 from handout.hand.drawn import Hand
-from handout.inking.papers import Paper, sheet, under
+from handout.inking.papers import Paper, place_lines, sheet
 from handout.inking.pen import Pen, rgb, usual
 from handout.inking.pens import pass_light
 from handout.motion.trace import letters_of_samples, trace
@@ -135,7 +135,7 @@ def _inked(
 
 
 def _sheet(paper: Paper, manuscript: Manuscript, dpi: float, rng: np.random.Generator) -> NDArray[np.uint8]:
-    picture = sheet(under(paper, manuscript.about), manuscript.page, dpi, rng)
+    picture = sheet(place_lines(paper, manuscript.about), manuscript.page, dpi, rng)
     if picture is not None:
         return picture
     size = [max(1, round(side * dpi / 25.4)) for side in (manuscript.page.height, manuscript.page.width)]
@@ -167,7 +167,7 @@ def _usual_alpha(pen: Pen, paper: Paper, flatbed: Flatbed) -> float:
     picture = sheet(Paper("none") if paper.name == "none" else paper, Page(4, 4), 72, np.random.default_rng(0))
     white = np.ones(3) if picture is None else np.median(picture.reshape(-1, 3), axis=0) / 255
     bare, inked = (np.asarray(light, dtype=np.float32)[None, None] for light in (white, white * rgb(pen.colour)))
-    return float(_matte(flatbed.shown(inked), flatbed.shown(bare))[0, 0])
+    return float(_matte(flatbed.show_light(inked), flatbed.show_light(bare))[0, 0])
 
 
 def _truth(

@@ -99,11 +99,11 @@ def layers(
         lit = lamp(columns, lines[start:stop])[:, :, None]
         bare = paper[rows].astype(np.float32) * np.float32(1 / 255)
         inked = bare * (light[rows] * np.float32(1 / FULL))
-        sheet = optics.blurred(bare, blur)[cut] * lit
-        shown = optics.blurred(inked, blur)[cut] * lit
-        dusty = shown if specks is None else optics.blurred(inked * specks[rows][:, :, None], blur)[cut] * lit
+        sheet = optics.blur_rows(bare, blur)[cut] * lit
+        shown = optics.blur_rows(inked, blur)[cut] * lit
+        dusty = shown if specks is None else optics.blur_rows(inked * specks[rows][:, :, None], blur)[cut] * lit
         noisy = optics.noisy(dusty, flatbed.noise, rng)
-        yield Rows(start, flatbed.shown(noisy), flatbed.shown(sheet), flatbed.shown(shown))
+        yield Rows(start, flatbed.show_light(noisy), flatbed.show_light(sheet), flatbed.show_light(shown))
 
 
 def _lamp(flatbed: FlatbedSettings, rng: np.random.Generator) -> optics.Lamp:

@@ -10,7 +10,7 @@ import numpy as np
 
 from handout.errors import InputError
 from handout.pipeline.results import SILENT, Facts, Listener, Result
-from handout.progress import within
+from handout.progress import narrow_reports
 from handout.sources import read_drawing, suffixes
 from handout.values import Drawing
 from handout_lab.score import motion_judge
@@ -59,12 +59,14 @@ def judge_motion(
     theirs = [motion_judge.sample(drawing, name, True) for name, drawing in rivals]
     parts = 3 if controls else 1
     judgement = motion_judge.judge(
-        [*ours, *theirs], np.random.default_rng(seed), within(listener.progress, 0.0, 1 / parts)
+        [*ours, *theirs], np.random.default_rng(seed), narrow_reports(listener.progress, 0.0, 1 / parts)
     )
     if not controls:
         return MotionJudged(judgement, notes=tuple(notes))
     steady = [motion_judge.sample(motion_judge.steady(drawing), name, True) for name, drawing in truth]
-    crude = motion_judge.judge([*ours, *steady], np.random.default_rng(seed), within(listener.progress, 1 / 3, 2 / 3))
+    crude = motion_judge.judge(
+        [*ours, *steady], np.random.default_rng(seed), narrow_reports(listener.progress, 1 / 3, 2 / 3)
+    )
     writers = sorted({sample.writer for sample in ours if len(sample.windows)})
     if len(writers) < _SPLIT:
         notes.append(
@@ -73,7 +75,7 @@ def judge_motion(
         return MotionJudged(judgement, None, crude, notes=tuple(notes))
     half = set(np.random.default_rng(seed).permutation(writers)[: len(writers) // 2].tolist())
     parted = [Sample(sample.writer, sample.writer in half, sample.windows) for sample in ours]
-    between = motion_judge.judge(parted, np.random.default_rng(seed), within(listener.progress, 2 / 3, 1.0))
+    between = motion_judge.judge(parted, np.random.default_rng(seed), narrow_reports(listener.progress, 2 / 3, 1.0))
     return MotionJudged(judgement, between, crude, notes=tuple(notes))
 
 

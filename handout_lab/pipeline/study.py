@@ -22,7 +22,7 @@ from handout.hand import file, library
 from handout.pipeline.options import SheetOptions, WritingOptions, seed_of
 from handout.pipeline.results import SILENT, Fact, Facts, Listener, Result
 from handout.pipeline.writing import write
-from handout.progress import within
+from handout.progress import narrow_reports
 from handout.prompting.sheet_layout import paper_of_name
 from handout.scanning.picture_files import read_picture
 from handout.tagging.page_sources import chosen_pages
@@ -111,7 +111,7 @@ def make(output: str | Path, options: StudyOptions = StudyOptions(), *, listener
     shown = options.singles + options.pairs + options.controls + options.random
     lots = parted(materials, shown, options.snippets, rng)
     loose = options.random > 0 or options.random_people
-    made, references = twins(materials, lots, control, loose, seed, within(listener.progress, _READ, _WRITTEN))
+    made, references = twins(materials, lots, control, loose, seed, narrow_reports(listener.progress, _READ, _WRITTEN))
     kept, scales, notes = _fitting(materials, made)
     if options.random_people:
         kept, more = _all_random(kept, len(lots.folds), shown)

@@ -45,7 +45,7 @@ def shortened(library: PoseLibrary) -> PoseLibrary:
     dot = library.lengths < _LEAST
     wanted = ~dot | (np.cumsum(dot) <= _DOTS)
     wanted &= np.cumsum(library.lengths * wanted) <= _MOST
-    return library.chosen(np.flatnonzero(wanted).tolist())
+    return library.choose_strokes(np.flatnonzero(wanted).tolist())
 
 
 def main(arguments: list[str] | None = None) -> None:

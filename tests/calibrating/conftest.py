@@ -14,7 +14,7 @@ from handout.calibrating.wizard import CalibrationTask, Step, Wizard
 from handout.colour import table
 from handout.colour.chart import chart
 from handout.colour.patches import Patches
-from handout.colour.reading import read
+from handout.colour.reading import read_scans
 from handout.simulated import print_and_scan as loop
 from handout.simulated.printer import Flatbed, Inkjet
 
@@ -68,7 +68,7 @@ def chart_pixels(profile):
 @pytest.fixture(scope="session")
 def sheet(profile, chart_pixels):
     """The chart on white paper."""
-    return Inkjet("white").printed(chart_pixels, profile.dpi, profile.margins)
+    return Inkjet("white").print_page(chart_pixels, profile.dpi, profile.margins)
 
 
 @pytest.fixture(scope="session")
@@ -88,7 +88,7 @@ def scan(picture, tmp_path_factory):
 @pytest.fixture(scope="session")
 def patches(scan):
     """What the chart shows."""
-    reading = read([scan])
+    reading = read_scans([scan])
     assert reading.usable, reading.findings
     return Patches(reading.device, reading.scanned, reading.deviation)
 

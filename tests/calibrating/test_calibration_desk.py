@@ -106,7 +106,7 @@ def test_who_looks_at_an_older_step_is_told(wizard, scan, tmp_path):
 
 @pytest.mark.slow
 def test_the_whole_way_to_what_is_stored(with_table, profile, tmp_path):
-    printer = loop.simulated(profile, "white")
+    printer = loop.make_loop(profile, "white")
     printer.dpi, printer.flatbed = 150, Flatbed(shading=0.0)
     printed = desk.print_page(replace(PLACE, folder=tmp_path))
     assert printed["step"] == str(Step.VERIFY)

@@ -45,7 +45,7 @@ def test_one_picture_a_page_pixel_for_pixel(printer, tmp_path):
 def test_tables_beside_it(printer, tmp_path):
     made = chart("A4")
     _, first, second = pages.write(pages.chart_pages(made, printer, "x/plain"), tmp_path / "c.pdf")
-    (ti1, extremes, combinations), (ti2,) = cgats.read(first), cgats.read(second)
+    (ti1, extremes, combinations), (ti2,) = cgats.read_tables(first), cgats.read_tables(second)
     assert (len(extremes.rows), len(combinations.rows)) == (8, 9)
     assert (ti1.kind, len(ti1.rows), ti1.get("COLOR_REP")) == ("CTI1", 760, "iRGB")
     assert (ti2.kind, len(ti2.rows)) == ("CTI2", 935)

@@ -6,7 +6,7 @@ import pytest
 from handout.calibrating import calibrated_ink, ink_samples, pen_reference, store, strip
 from handout.calibrating.pen_reference import Kind
 from handout.colour.chart import chart
-from handout.colour.reading import ChartScan, Scribble, read
+from handout.colour.reading import ChartScan, Scribble, read_scans
 from handout.colour.reading.pen_field import load, save
 from handout.errors import InputError
 from handout.hand.library import find
@@ -27,7 +27,7 @@ def scribbles(profile):
     frame = (1.0, 1.0, 121.0, 11.0)
     bare = np.zeros((round(12 / 25.4 * DPI), round(122 / 25.4 * DPI)), dtype=np.int32)
     sheet = SimulatedSheet(np.zeros((1, 4)), bare, Inkjet("white").spectra, DPI)
-    sheet = loop.simulated(profile, "white", hand=HAND)._written(sheet, frame)
+    sheet = loop.make_loop(profile, "white", hand=HAND)._write_sheet(sheet, frame)
     found = {}
     for name, settings in {"same": {}, "scanner-gamma": SETTINGS["scanner-gamma"]}.items():
         flatbed = Flatbed(shading=0.0, rotation=0.0, offset=(0.0, 0.0), **settings)
@@ -51,16 +51,16 @@ def test_settings_that_differ_are_named(scribbles):
 
 
 def test_words_in_the_frame_are_found(sheet, profile):
-    words = loop.simulated(profile, "white", hand=HAND)._written(sheet, chart("A4").pages[0].scribble_field)
+    words = loop.make_loop(profile, "white", hand=HAND)._write_sheet(sheet, chart("A4").pages[0].scribble_field)
     picture = Flatbed().scan(words, 120, np.random.default_rng(1))
-    reading = read([ChartScan(picture, (120, 120))])
+    reading = read_scans([ChartScan(picture, (120, 120))])
     assert reading.findings == () and reading.scribble.density.max() > 0.5
     known = pen_reference.compare_scribble(reading.scribble, HAND)
     assert known.kind is Kind.COARSE and "The chart was scanned at only 120 dpi" in known.sentence
 
 
 def test_without_words_nothing_is_known_and_that_is_said(patches, scan):
-    assert read([scan]).scribble is None
+    assert read_scans([scan]).scribble is None
     known = pen_reference.compare_scribble(None, HAND)
     assert known.kind is Kind.NOTHING and known.doubtful and known.match is None
     assert "cannot be known" in known.sentence and "in the frame" in known.sentence
@@ -97,7 +97,7 @@ def test_a_page_is_printed_in_the_pens_colour(with_pen):
 def test_the_strip_is_of_the_pens_colour(with_pen):
     made = strip.prepare(with_pen, HAND)
     page = ink_samples.reach_of(HAND, with_pen.table(), pen_reference.of_calibration(with_pen, HAND))
-    assert (made.out, made.lost, made.whose) == (page.out, page.mean, f"of {HAND}")
+    assert (made.out, made.lost, made.whose) == (page.share_out, page.mean, f"of {HAND}")
 
 
 def test_one_figure_on_ink_out_of_reach(stored):
@@ -108,9 +108,9 @@ def test_one_figure_on_ink_out_of_reach(stored):
     assert made.facts()["out_of_reach"] == round(made_strip.out, 4) and made.facts()["lost"] == round(
         made_strip.lost, 2
     )
-    from handout.colour.gamut import said
+    from handout.colour.gamut import tell_loss
 
-    assert said(made_strip.out, made_strip.lost, made_strip.whose) in made.tell_reach()
+    assert tell_loss(made_strip.out, made_strip.lost, made_strip.whose) in made.tell_reach()
 
 
 def test_what_the_pen_wrote_is_kept(with_pen, scribbles, tmp_path):

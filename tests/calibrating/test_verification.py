@@ -36,7 +36,7 @@ def made(stored, prepared):
 
 def scanned(made, stored, profile, paper="white", dpi=100, **flatbed):
     pixels = strip.pages_of(made, stored, profile).pixels[0]()
-    sheet = Inkjet(paper).printed(pixels, profile.dpi, profile.margins)
+    sheet = Inkjet(paper).print_page(pixels, profile.dpi, profile.margins)
     return ChartScan(Flatbed(shading=0.0, **flatbed).scan(sheet, dpi, np.random.default_rng(1)), (dpi, dpi))
 
 

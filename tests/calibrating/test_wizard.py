@@ -17,7 +17,7 @@ DPI = 80
 
 @pytest.mark.slow
 def test_the_whole_way(with_table, profile, tmp_path):
-    wizard, printer = with_table, loop.simulated(profile, "white")
+    wizard, printer = with_table, loop.make_loop(profile, "white")
     printer.dpi, printer.flatbed = 150, Flatbed(shading=0.0)
     (document,) = wizard.print_page()
     verified = wizard.take_strip(printer.scan(document, tmp_path / "strip.tif")[0])
@@ -64,7 +64,7 @@ def test_of_a_session_whose_deletion_is_broken_off_nothing_is_gone_on_with(wizar
 def test_a_chart_of_two_pages_waits_for_the_other(profile, tmp_path):
     wizard = Wizard(CalibrationTask(profile, "sim", "white", pages=2))
     document, *_ = wizard.print_page()
-    printer = loop.simulated(profile, "white")
+    printer = loop.make_loop(profile, "white")
     printer.dpi = DPI
     first, second = printer.scan(document, tmp_path / "chart.tif")
     assert "Page 1" in wizard.take_scans([second]).missing
@@ -166,7 +166,7 @@ def test_a_doubtful_scan_is_taken_with_a_word(code, wizard, picture, tmp_path):
 @pytest.mark.slow
 @pytest.mark.parametrize(("fault", "code"), [("clogged", "banding"), ("fit-to-page", "scaled")])
 def test_a_bad_print_is_named(fault, code, wizard, profile, chart_pixels, tmp_path):
-    sheet = Inkjet("white", faults=[fault]).printed(chart_pixels, profile.dpi, profile.margins)
+    sheet = Inkjet("white", faults=[fault]).print_page(chart_pixels, profile.dpi, profile.margins)
     path = tmp_path / "scan.tif"
     loop.write(Flatbed(shading=0.0).scan(sheet, DPI, np.random.default_rng(4)), DPI, path)
     try:

@@ -10,7 +10,7 @@ import pytest
 
 from handout.cli import progress
 from handout.cli.console import Console
-from handout.progress import within
+from handout.progress import narrow_reports
 
 
 class Terminal(io.StringIO):
@@ -66,8 +66,8 @@ def test_elsewhere_nothing_is_shown_and_nothing_imported(monkeypatch):
 
 def test_the_parts_of_work_are_shares_of_the_whole():
     found = []
-    inner = within(
-        within(lambda share, stage: found.append((round(share, 6), stage)), 0.2, 0.6, "a: "), 0.5, 1.0, "b: "
+    inner = narrow_reports(
+        narrow_reports(lambda share, stage: found.append((round(share, 6), stage)), 0.2, 0.6, "a: "), 0.5, 1.0, "b: "
     )
     inner(0.0, "x")
     inner(1.0, "y")

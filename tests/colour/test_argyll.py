@@ -49,7 +49,7 @@ def test_printtarg_lays_out_our_ti1(pages: int, tmp_path) -> None:
     made = chart(pages=pages)
     cgats.write(tmp_path / "chart.ti1", ti1(made))
     run(tmp_path, "printtarg", "-i", "SS", "-r", "-p", "A4", "chart")
-    laid = cgats.read(tmp_path / "chart.ti2")[0]
+    laid = cgats.read_tables(tmp_path / "chart.ti2")[0]
     colours = laid.numbers(*DEVICE) / 100
     assert len(colours) >= len(made.colours)
     away = np.abs(made.colours[:, None] - colours[None]).max(axis=2).min(axis=1)
@@ -81,7 +81,7 @@ def test_scanin_reads_a_page_by_our_ti2(tmp_path) -> None:
     x0, y0, x1, y1 = (v * DPI / 25.4 for v in page.bounds)
     marks = ",".join(f"{v:.3f}" for v in (x0, y0, x1, y0, x1, y1, x0, y1))
     run(tmp_path, "scanin", "-c", "-F", marks, "scan.tif", "scan.cht", "srgb.icc", "chart")
-    (read,) = cgats.read(tmp_path / "chart.ti3")
+    (read,) = cgats.read_tables(tmp_path / "chart.ti3")
     device = read.numbers(*DEVICE) / 100
     np.testing.assert_allclose(device, page.device, atol=1e-4)
     np.testing.assert_allclose(read.numbers(*XYZ), conversions.xyz_d50(page.device), atol=0.6)

@@ -11,7 +11,7 @@ from PIL import Image
 
 from handout.colour.chart import chart
 from handout.colour.chart_files import render
-from handout.colour.reading import ChartScan, read
+from handout.colour.reading import ChartScan, read_scans
 
 # they rest on scans that take seconds to make
 pytestmark = pytest.mark.slow
@@ -40,7 +40,7 @@ def good(sheet):
 
 
 def of(pixels, dpi=(DPI, DPI)):
-    return read([ChartScan(pixels, dpi)])
+    return read_scans([ChartScan(pixels, dpi)])
 
 
 def codes(reading):
@@ -110,7 +110,7 @@ def test_mirrored(good, axis):
 
 
 def test_another_chart(sheet, good):
-    reading = read([ChartScan(good[0], (DPI, DPI))], chart("letter"))
+    reading = read_scans([ChartScan(good[0], (DPI, DPI))], chart("letter"))
     assert "letter" in only(reading, "another-chart", "refuse").sentence
     assert len(reading.device) == 0
 
@@ -184,7 +184,7 @@ def test_crumpled(sheet):
 def test_jpeg(tmp_path, good, quality, severity):
     path = tmp_path / "scan.jpg"
     Image.fromarray(good[0]).save(path, quality=quality, dpi=(DPI, DPI))
-    reading = read([path])
+    reading = read_scans([path])
     assert codes(reading).get("jpeg") == severity
     if severity:
         sentence = next(f for f in reading.findings if f.code == "jpeg").sentence
@@ -224,14 +224,14 @@ def test_scan_that_was_edited(good):
 
 def test_automatic_colour_between_two_scans(sheet, good):
     other = np.clip(scanned(sheet, DPI, seed=1)[0] * [1.03, 1.0, 0.97], 0, 255).astype(np.uint8)
-    reading = read([ChartScan(good[0], (DPI, DPI), "one"), ChartScan(other, (DPI, DPI), "two")])
+    reading = read_scans([ChartScan(good[0], (DPI, DPI), "one"), ChartScan(other, (DPI, DPI), "two")])
     assert "one and two differ" in only(reading, "settings-differ", "refuse").sentence
 
 
 def test_settings_other_than_the_handwriting(good):
     same = printed(np.ones(3))
-    assert read([ChartScan(good[0], (DPI, DPI))], paper=same).findings == ()
-    reading = read([ChartScan(good[0], (DPI, DPI))], paper=same * [1, 1, 0.85])
+    assert read_scans([ChartScan(good[0], (DPI, DPI))], paper=same).findings == ()
+    reading = read_scans([ChartScan(good[0], (DPI, DPI))], paper=same * [1, 1, 0.85])
     assert "lighter in blue" in only(reading, "settings-differ", "warn").sentence
 
 
@@ -239,14 +239,14 @@ def test_grey(good, tmp_path):
     grey = cv2.cvtColor(good[0], cv2.COLOR_RGB2GRAY)
     only(of(np.repeat(grey[..., None], 3, axis=2)), "grey", "refuse")
     Image.fromarray(grey).save(tmp_path / "grey.png", dpi=(DPI, DPI))
-    assert "grey" in only(read([tmp_path / "grey.png"]), "grey", "refuse").sentence
+    assert "grey" in only(read_scans([tmp_path / "grey.png"]), "grey", "refuse").sentence
 
 
 @pytest.mark.parametrize("suffix", ["png", "tif"])
 def test_one_bit(good, tmp_path, suffix):
     path = tmp_path / f"line.{suffix}"
     Image.fromarray(good[0]).convert("1", dither=Image.Dither.NONE).save(path, dpi=(DPI, DPI))
-    assert "black and white only" in only(read([path]), "grey", "refuse").sentence
+    assert "black and white only" in only(read_scans([path]), "grey", "refuse").sentence
 
 
 def test_glare(good):

@@ -95,9 +95,9 @@ def test_files_that_are_none(tmp_path):
     for data, said in ((b"", "the file is empty"), (b"II*\0\0\0", "not a text file")):
         path.write_bytes(data)
         with pytest.raises(InputError, match=said):
-            cgats.read(path)
+            cgats.read_tables(path)
     with pytest.raises(InputError, match="No such file"):
-        cgats.read(tmp_path / "none.ti3")
+        cgats.read_tables(tmp_path / "none.ti3")
 
 
 def test_a_field_that_is_not_there_and_a_word_for_a_number():
@@ -117,7 +117,7 @@ def test_a_reading_is_stored_whole(tmp_path):
     device = chart("A4").colours
     reading = ChartReading(chart("A4"), device, rng.random(device.shape), rng.random(len(device)) / 100, ())
     cgats.write(tmp_path / "r.ti3", chart_files.ti3(reading, {"PRINTER": "X"}))
-    tables = cgats.read(tmp_path / "r.ti3")
+    tables = cgats.read_tables(tmp_path / "r.ti3")
     assert (tables[0].get("COLOR_REP"), tables[0].get("DEVICE_CLASS")) == ("iRGB_XYZ", "OUTPUT")
     assert tables[0].get("PRINTER") == "X"
     for stored, was in zip(

@@ -13,7 +13,7 @@ from PIL import Image
 
 from handout.colour.chart import chart
 from handout.colour.chart_files import render
-from handout.colour.reading import ChartScan, read
+from handout.colour.reading import ChartScan, read_scans
 from handout.colour.reading.registration import place
 from handout.colour.report import grid_on, report, write_report
 from handout.errors import InputError
@@ -45,7 +45,7 @@ def test_any_angle_size_and_resolution_gives_the_same(sheet, angle, dpi, size, w
     pixels, at = scanned(sheet, dpi, angle=angle, size=size, warp=warp, noise=1.0, seed=seed)
     if flip:
         pixels = np.ascontiguousarray(pixels[::-1])
-    reading = read([ChartScan(pixels, (dpi, dpi))])
+    reading = read_scans([ChartScan(pixels, (dpi, dpi))])
     assert reading.usable, reading.findings
     assert len(reading.device) == 760
     # noise of a patch's mean, and what a neighbour spills over at the lowest resolutions
@@ -61,7 +61,9 @@ def test_any_angle_size_and_resolution_gives_the_same(sheet, angle, dpi, size, w
 def test_1200_dpi(sheet):
     # the upper part of the page, so that the picture stays small: the rest is cropped, and said so
     part = np.rint(sheet[: len(sheet) * 11 // 25] * 255).astype(np.uint8)
-    reading = read([ChartScan(cv2.resize(part, None, fx=4, fy=4, interpolation=cv2.INTER_LINEAR), (1200.0, 1200.0))])
+    reading = read_scans(
+        [ChartScan(cv2.resize(part, None, fx=4, fy=4, interpolation=cv2.INTER_LINEAR), (1200.0, 1200.0))]
+    )
     assert reading.sheets[0].placement.dpi == pytest.approx(1200, rel=0.002)
     assert len(reading.device) > 250
     assert far(reading) < 1.0
@@ -109,7 +111,7 @@ FILES = {
 @pytest.mark.parametrize("name", FILES)
 def test_files(tmp_path, good, name):
     FILES[name](tmp_path / name, good)
-    reading = read([tmp_path / name])
+    reading = read_scans([tmp_path / name])
     assert reading.findings == ()
     assert far(reading) < 1.5
     assert reading.sheets[0].scan.full == (65535 if "16" in name else 255)
@@ -117,7 +119,7 @@ def test_files(tmp_path, good, name):
 
 def test_png_of_16_bits(tmp_path, good):
     cv2.imwrite(str(tmp_path / "16.png"), deep(good)[..., ::-1])
-    reading = read([tmp_path / "16.png"])
+    reading = read_scans([tmp_path / "16.png"])
     assert [finding.code for finding in reading.findings] == ["no-dpi"]
     assert reading.sheets[0].scan.full == 65535
     assert far(reading) < 1.5
@@ -130,9 +132,9 @@ def test_pages_of_a_file_are_scans(tmp_path, sheet, good):
     with tifffile.TiffWriter(tmp_path / "two.tif") as file:
         for page in pages:
             file.write(page, resolution=(100, 100), resolutionunit="inch", photometric="rgb")
-    reading = read([tmp_path / "two.tif"])
+    reading = read_scans([tmp_path / "two.tif"])
     assert [sheet.scan.source[-2:] for sheet in reading.sheets] == [":1", ":2"]
-    one = read([ChartScan(pages[0], (100.0, 100.0))])
+    one = read_scans([ChartScan(pages[0], (100.0, 100.0))])
     error = [np.square(r.scanned - printed(r.device)).mean() for r in (one, reading)]
     assert error[1] < 0.8 * error[0]
 
@@ -155,14 +157,14 @@ def test_kinds_of_pixels(tmp_path, good, mode, suffix, code, severity):
         image.paste((0, 0, 0, 0), (0, 0, 20, 20))
     path = tmp_path / f"x.{suffix}"
     image.save(path, dpi=(100, 100))
-    found = {finding.code: finding.severity for finding in read([path]).findings}
+    found = {finding.code: finding.severity for finding in read_scans([path]).findings}
     assert found.get(code) == severity
 
 
 @pytest.mark.slow
 def test_resolution_that_differs_both_ways(tmp_path, good):
     Image.fromarray(good).save(tmp_path / "x.png", dpi=(100, 200))
-    codes = [finding.code for finding in read([tmp_path / "x.png"]).findings]
+    codes = [finding.code for finding in read_scans([tmp_path / "x.png"]).findings]
     assert "dpi-differs" in codes
 
 
@@ -174,13 +176,13 @@ def test_files_that_cannot_be_opened(tmp_path, data, said):
     path = tmp_path / "scan.bin"
     path.write_bytes(data)
     with pytest.raises(InputError, match=said):
-        read([path])
+        read_scans([path])
     with pytest.raises(InputError, match="no such file"):
-        read([tmp_path / "none.png"])
+        read_scans([tmp_path / "none.png"])
 
 
 def test_ink_only():
-    reading = read([])
+    reading = read_scans([])
     assert [finding.code for finding in reading.findings] == ["no-scan"]
     assert not reading.usable
 
@@ -190,11 +192,11 @@ def test_two_pages(sheet):
     made = chart("A4", pages=2)
     scans = [ChartScan(scanned(paper(render(page, 300)), 100.0, seed=page.number)[0], (100.0, 100.0), f"p{page.number}")
              for page in made.pages]  # fmt: skip
-    reading = read(scans[::-1])
+    reading = read_scans(scans[::-1])
     assert reading.findings == ()
     assert (reading.chart, len(reading.device)) == (made, 760)
     assert far(reading) < 1.5
-    half = read(scans[:1])
+    half = read_scans(scans[:1])
     assert (
         "Page 2 of the chart's 2 pages is missing" in next(f for f in half.findings if f.severity == "refuse").sentence
     )
@@ -203,7 +205,7 @@ def test_two_pages(sheet):
 
 def test_standard_errors_are_those_of_the_noise(sheet):
     pixels, _ = scanned(sheet, 150.0, noise=6.0, blur=0.0)
-    reading = read([ChartScan(pixels, (150.0, 150.0))])
+    reading = read_scans([ChartScan(pixels, (150.0, 150.0))])
     true = np.sqrt(np.square(reading.scanned - printed(reading.device)).mean(axis=1))
     assert np.median(reading.deviation) == pytest.approx(np.sqrt(np.mean(true**2)), rel=0.35)
     white = (reading.device == 1).all(axis=1)
@@ -213,7 +215,7 @@ def test_standard_errors_are_those_of_the_noise(sheet):
 def test_the_report_stands_alone(tmp_path, good):
     covered = good.copy()
     covered[500:540, 300:340] = 250
-    reading = read([ChartScan(covered, (100.0, 100.0), "<scan> & co")])
+    reading = read_scans([ChartScan(covered, (100.0, 100.0), "<scan> & co")])
     write_report(tmp_path / "report.html", reading, "Printer <X>")
     text = (tmp_path / "report.html").read_text(encoding="utf-8")
     assert "Printer &lt;X&gt;" in text and "<scan>" not in text
@@ -225,7 +227,7 @@ def test_the_report_stands_alone(tmp_path, good):
 
 
 def test_the_grid_is_drawn_where_patches_are(good):
-    reading = read([ChartScan(good, (100.0, 100.0))])
+    reading = read_scans([ChartScan(good, (100.0, 100.0))])
     drawn = grid_on(reading.sheets[0], 2000)
     assert drawn.shape == good.shape
     changed = (drawn != good).any(axis=2)
@@ -236,4 +238,4 @@ def test_the_grid_is_drawn_where_patches_are(good):
 
 
 def test_a_report_of_nothing():
-    assert "Nothing could be read" in report(read([]))
+    assert "Nothing could be read" in report(read_scans([]))

@@ -87,7 +87,7 @@ def test_patches_that_scan_alike_do_no_harm(method: str) -> None:
 
 def test_merging_averages_by_how_well_rows_are_known() -> None:
     x = np.array([[0.1, 0.1, 0.1], [0.1005, 0.1, 0.1], [0.5, 0.5, 0.5]])
-    ready = splines.merged(x, np.array([[0.0] * 3, [1.0] * 3, [2.0] * 3]), np.array([1.0, 3.0, 1.0]))
+    ready = splines.merge_close_rows(x, np.array([[0.0] * 3, [1.0] * 3, [2.0] * 3]), np.array([1.0, 3.0, 1.0]))
     assert len(ready.x) == 2
     np.testing.assert_allclose(sorted(ready.y[:, 0]), [0.25, 2.0])
     np.testing.assert_allclose(sorted(ready.variances), [0.75, 1.0])

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from handout.colour.ink_match import chart_contrast, curved, straightened
+from handout.colour.ink_match import apply_curve, chart_contrast, undo_curve
 from handout.simulated.printer import PAPERS, Flatbed, Inkjet
 from handout_lab.offset_press import Measured
 
@@ -53,5 +53,5 @@ def test_a_driver_that_mixes_inks_into_ramps_tells_nothing():
 
 @given(st.floats(-0.45, 0.45), st.floats(0, 1))
 def test_a_curve_is_undone(strength, value):
-    assert straightened(curved(value, strength), strength) == pytest.approx(value, abs=2e-3)
-    assert 0 <= curved(value, strength) <= 1
+    assert undo_curve(apply_curve(value, strength), strength) == pytest.approx(value, abs=2e-3)
+    assert 0 <= apply_curve(value, strength) <= 1

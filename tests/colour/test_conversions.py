@@ -58,7 +58,7 @@ def test_white_black_and_evened_distances() -> None:
     rng = np.random.default_rng(0)
     lab = conversions.lab(rng.random((300, 3)))
     near = lab + rng.normal(size=lab.shape)
-    evened = np.linalg.norm(conversions.evened(lab) - conversions.evened(near), axis=1)
+    evened = np.linalg.norm(conversions.bend_chroma(lab) - conversions.bend_chroma(near), axis=1)
     plain = np.linalg.norm(lab - near, axis=1)
     wanted = conversions.delta_e(lab, near)
     assert np.corrcoef(evened, wanted)[0, 1] > np.corrcoef(plain, wanted)[0, 1] + 0.1

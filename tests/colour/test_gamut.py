@@ -22,7 +22,7 @@ def test_what_is_out_of_reach_is_told(table: ColourTable) -> None:
     sent = 0.1 + 0.8 * np.random.default_rng(0).random((60, 3))
     black = np.full((20, 3), 0.02)
     found = reach(np.concatenate([dull(sent), black]), table)
-    assert found.out == pytest.approx(20 / 80)
+    assert found.share_out == pytest.approx(20 / 80)
     assert found.lost[:60].max() < 0.2
     # the darkest that the formula prints is 0.12 in all channels
     darkest = conversions.delta_e(conversions.lab(np.full(3, 0.12)), conversions.lab(black[0]))
@@ -34,7 +34,7 @@ def test_what_is_out_of_reach_is_told(table: ColourTable) -> None:
 
 def test_all_in_reach(table: ColourTable) -> None:
     found = reach(dull(np.full((3, 3), 0.4)), table)
-    assert (found.out, found.mean, found.p95) == (0, 0, 0)
+    assert (found.share_out, found.mean, found.p95) == (0, 0, 0)
     assert str(found) == "This printer can print all of the ink (within ΔE00 1)."
 
 

@@ -39,7 +39,7 @@ def scan(ink, paper, amounts, flatbed, seed):
     seen = cv2.resize(seen, None, fx=0.25, fy=0.25, interpolation=cv2.INTER_AREA)
     noisy = np.clip(seen + np.random.default_rng(seed).normal(size=seen.shape) * 0.003, 0, 1)
     power = 0.33 if flatbed.middle else 1 / flatbed.gamma
-    return np.rint(flatbed.toned(noisy, power) * 255) / 255, flatbed.toned(seen, power)
+    return np.rint(flatbed.apply_tone(noisy, power) * 255) / 255, flatbed.apply_tone(seen, power)
 
 
 @pytest.mark.slow
@@ -61,9 +61,9 @@ def test_ink_becomes_what_the_charts_scan_shows_of_it(ink, name):
         for one in (found.colours(given[inked].astype(float)), given[inked] / bare * other)
     )
     assert off < 1.2
-    assert name != "scanner-contrast" or (not found.alike and before > 1.9)
+    assert name != "scanner-contrast" or (not found.scans_alike and before > 1.9)
     if name in ("scanner-gamma", "scanner-automatic"):
-        assert before > 4 and not found.alike and found.lighter > 3
+        assert before > 4 and not found.scans_alike and found.lighter > 3
 
 
 @pytest.mark.slow
@@ -74,7 +74,7 @@ def test_a_contrast_that_both_scans_have_is_no_difference(ink):
     chart, _ = scan(ink, "white", amount(2, 18), steep, 2)
     bare, other = (np.median(one.reshape(-1, 3), axis=0) for one in (hand, chart))
     found = match(density_of(hand, bare), bare, density_of(chart, other), other, DPI, 0.24)
-    assert found.alike and not found.contrast_differs
+    assert found.scans_alike and not found.contrast_differs
     _, wanted = scan(ink, "white", amount(1, 20), steep, 1)
     inked = density_of(given, bare).mean(axis=2) > 0.1
     off, shares = (

@@ -69,7 +69,7 @@ def test_the_movement_makes_the_letter_again(file, letter):
 
     hand = read(file(font()))
     for points, path in zip(hand.glyphs[letter][0].strokes, pathdata.cubics(LETTERS[letter][1]), strict=True):
-        meant = pathdata.flattened(path / 500, 0.002)[0]
+        meant = pathdata.flatten_path(path / 500, 0.002)[0]
         dense = np.column_stack([np.interp(np.linspace(0, 1, 400), np.linspace(0, 1, len(meant)), c) for c in meant.T])
         xy = follow(ActionPlan(points, hand.interval, hand.smooth), baked_at=hand.drawn_at)[1]
         gap = np.hypot(*(xy[:, None] - dense).transpose(2, 0, 1)).min(axis=1)

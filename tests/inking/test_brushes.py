@@ -16,7 +16,7 @@ from handout.inking import pens
 from handout.inking.brush import brushes, canvas, painting
 from handout.inking.brush.photographs import find_strokes
 from handout.inking.brush.ribbon import SEGMENTS, straighten_stroke
-from handout.inking.brush.synthesis import WITHIN, SegmentChooser, repeated, two_pass
+from handout.inking.brush.synthesis import WITHIN, SegmentChooser, count_since_same, two_pass
 from handout.inking.curves import fit
 from handout.inking.pen import Pen, usual
 from handout.values import Drawing, Page, Stroke
@@ -60,7 +60,7 @@ def test_a_ribbon_is_the_stroke_again(brush):
     sheet = paper(400, 800)
     stroke(sheet, (100, 200), (700, 200), 120, seed=5)
     ribbon = straighten_stroke(find_strokes(sheet, "one").strokes[0])[0]
-    middle = ribbon.premultiplied[len(ribbon.rgba) // 2 - 5 : len(ribbon.rgba) // 2 + 5, 100:-100]
+    middle = ribbon.premultiplied_ink[len(ribbon.rgba) // 2 - 5 : len(ribbon.rgba) // 2 + 5, 100:-100]
     assert middle[..., 3].min() > 0.99
     assert np.abs(middle[..., :3] * 255 - sheet[200, 300]).max() < 30
     assert np.abs(ribbon.bend).max() < 0.1
@@ -128,13 +128,13 @@ def test_what_comes_again_costs_no_more_than_it_must(brush):
         exact = library.energy(np.array(viterbi(list(costs), [library.borders] * 39)), costs)
         row = library.row(costs)
         assert exact <= min(library.energy(each, costs) for each in (row, library.row(costs, "two-pass"))) + 1e-6
-        assert (repeated(library.same[row]) > WITHIN).all()
+        assert (count_since_same(library.segment_numbers[row]) > WITHIN).all()
 
 
 def test_a_long_stroke_repeats_nothing_soon(brush):
     chooser = SegmentChooser(brush.library, np.random.default_rng(4))
     rows = [chooser.row(np.zeros(120)) for _ in range(5)]
-    again = [repeated(brush.library.same[row]) <= WITHIN for row in rows]
+    again = [count_since_same(brush.library.segment_numbers[row]) <= WITHIN for row in rows]
     assert np.concatenate(again).mean() <= 0.01
 
 
@@ -146,10 +146,10 @@ def test_strokes_of_one_length_differ(brush):
 
 def test_a_cut_is_seen_less_than_an_edge(brush):
     rng = np.random.default_rng(2)
-    sized = brush.sized(120)
+    sized = brush.fit_width(120)
     row = rng.permutation(len(brush.library.place))[:30]
     step = sized.columns
-    hard, soft = sized.hard(row), sized.quilted(row)
+    hard, soft = sized.hard(row), sized.quilt_segments(row)
     at = sized.joints(row) * step
     jump = [float(((ink[:, at] - ink[:, at - 1]) ** 2).sum()) for ink in (hard, soft)]
     assert jump[1] < 0.35 * jump[0]
@@ -173,7 +173,7 @@ def test_a_bend_leaves_no_hole(turn):
     """A solid ribbon covers every place within half its width of a line with a corner."""
     corner = np.array([300.0, 200.0])
     out = np.array([np.cos(turn), np.sin(turn)])
-    line = painting.spread(np.array([[100.0, 200.0], corner, corner + 180 * out]), 76)
+    line = painting.spread_places(np.array([[100.0, 200.0], corner, corner + 180 * out]), 76)
     alpha = laid(line, (420, 520))
     assert (alpha[away_from(line[5:-5], alpha.shape) < 18] == 255).mean() > 0.999
     assert not alpha[away_from(line, alpha.shape) > 27].any()
@@ -183,7 +183,7 @@ def test_a_bend_leaves_no_hole(turn):
 def test_loops_leave_no_hole_and_stay_within_their_outline(radius):
     turn = np.linspace(0, 3 * np.pi, 90)
     path = np.stack([200 + radius * np.cos(turn), 200 + radius * np.sin(turn)], axis=1)
-    line = painting.spread(path, round(3 * np.pi * radius / 5))
+    line = painting.spread_places(path, round(3 * np.pi * radius / 5))
     alpha = laid(line, (400, 400))
     assert (alpha[away_from(line[5:-5], alpha.shape) < 18] == 255).mean() > 0.995
     assert not alpha[away_from(line, alpha.shape) > 27].any()

@@ -16,7 +16,7 @@ def loop(t: Array) -> Array:
 
 
 def off(curve: curves.Curve, t: Array, xy: Array) -> float:
-    return float(np.hypot(*(curve.at(t) - xy).T).max())
+    return float(np.hypot(*(curve.places_at(t) - xy).T).max())
 
 
 @pytest.mark.parametrize("rate", [100, 133, 200, 500])
@@ -62,7 +62,7 @@ def test_strokes_do_not_touch_one_another() -> None:
 
 def test_one_and_two_samples() -> None:
     dot, line = curves.fit([Stroke(np.array([3.0]), np.ones((1, 2))), Stroke(np.arange(2.0), np.eye(2))])
-    assert dot.points.tolist() == [[1, 1]] and dot.at(np.array([0.0, 9.0])).tolist() == [[1, 1], [1, 1]]
+    assert dot.points.tolist() == [[1, 1]] and dot.places_at(np.array([0.0, 9.0])).tolist() == [[1, 1], [1, 1]]
     assert np.allclose(line.points, [[1, 0], [2 / 3, 1 / 3], [1 / 3, 2 / 3], [0, 1]])
     assert curves.fit([]) == []
 
@@ -71,7 +71,7 @@ def test_corners_are_not_overshot() -> None:
     # a polygon of which only the corners are known, some of them twice
     xy = np.array([[0, 0], [40, 0], [40.1, 0], [40.1, 0.1], [40.1, 30], [0, 30], [0, 29.9]], dtype=float)
     (curve,) = curves.fit([Stroke(np.arange(7.0), xy)])
-    path = curve.at(np.linspace(0, 6, 2000))
+    path = curve.places_at(np.linspace(0, 6, 2000))
     assert (path.min(axis=0) > xy.min(axis=0) - 0.1).all() and (path.max(axis=0) < xy.max(axis=0) + 0.1).all()
 
 

@@ -34,7 +34,7 @@ def laid(pixels, side=30):
 
 @given(pages())
 def test_what_is_trimmed_lies_where_it_lay(pixels):
-    trimmed = pixels.trimmed()
+    trimmed = pixels.trim_white()
     assert (laid(trimmed) == laid(pixels)).all()
     assert (trimmed.rgb[[0, -1]] < 255).any(axis=(1, 2)).all() and (trimmed.rgb[:, [0, -1]] < 255).any(
         axis=(0, 2)
@@ -45,11 +45,11 @@ def test_what_is_trimmed_lies_where_it_lay(pixels):
 @given(pages())
 def test_a_page_may_be_trimmed_before_it_is_turned_or_behind(turn, pixels):
     sheet = Page(10, 9, "")
-    before, behind = turned_pixels(pixels.trimmed(), sheet, turn), turned_pixels(pixels, sheet, turn).trimmed()
+    before, behind = turned_pixels(pixels.trim_white(), sheet, turn), turned_pixels(pixels, sheet, turn).trim_white()
     assert np.allclose(before.origin, behind.origin)
     assert (before.rgb == behind.rgb).all()
 
 
 def test_white_is_left_as_it_is():
     white = DevicePixels(np.full((3, 4, 3), 255, np.uint8), 300)
-    assert white.trimmed() is white and white.cropped() is None
+    assert white.trim_white() is white and white.crop_white() is None

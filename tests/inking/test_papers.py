@@ -7,7 +7,7 @@ import pytest
 from PIL import Image
 
 from handout.errors import InputError
-from handout.inking.papers import Paper, sheet, under
+from handout.inking.papers import Paper, place_lines, sheet
 from handout.values import Page
 
 PAGE = Page(60, 80)
@@ -78,11 +78,11 @@ def test_no_paper_and_no_such_paper(tmp_path: Path) -> None:
 
 def test_lines_lie_under_the_writing() -> None:
     about = {"baseline": 14.2, "line_spacing": 7.5}
-    assert under(Paper("ruled"), about) == Paper("ruled", 7.5, 14.2)
-    assert under(Paper("ruled", 9.0), about) == Paper("ruled", 9.0, 14.2)
-    assert under(Paper("squared"), about) == Paper("squared", None, 14.2)
-    assert under(Paper("ruled"), {}) == Paper("ruled")
-    found = sheet(under(Paper("ruled"), about), PAGE, 508, np.random.default_rng(1))
+    assert place_lines(Paper("ruled"), about) == Paper("ruled", 7.5, 14.2)
+    assert place_lines(Paper("ruled", 9.0), about) == Paper("ruled", 9.0, 14.2)
+    assert place_lines(Paper("squared"), about) == Paper("squared", None, 14.2)
+    assert place_lines(Paper("ruled"), {}) == Paper("ruled")
+    found = sheet(place_lines(Paper("ruled"), about), PAGE, 508, np.random.default_rng(1))
     assert found is not None
     red = found.mean(axis=1)[:, 0]
     dark = np.flatnonzero(red < red.max() - 40) / 20

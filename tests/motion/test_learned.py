@@ -140,12 +140,12 @@ def test_dropout_clipping_and_adam():
 @pytest.mark.parametrize("inputs", INPUTS)
 def test_features_do_not_know_place_or_size_and_the_frame_is_local(inputs):
     known = zigzag(np.random.default_rng(5))
-    told = sequences.features(*sequences.framed(known), inputs, np.array(known.unit))
+    told = sequences.features(*sequences.frame_sequence(known), inputs, np.array(known.unit))
     assert told.shape == (len(known.up), sequences.columns(inputs))
     turned = np.array([[np.cos(0.7), np.sin(0.7)], [-np.sin(0.7), np.cos(0.7)]])
     for factor, turn, same in ((3.0, np.eye(2), True), (1.0, turned, not inputs.startswith("berio"))):
         other = replace(known, targets=factor * known.targets @ turn + 40)
-        again = sequences.features(*sequences.framed(other), inputs, np.array(other.unit))
+        again = sequences.features(*sequences.frame_sequence(other), inputs, np.array(other.unit))
         assert np.allclose(told, again, atol=1e-6) == same
 
 
@@ -183,7 +183,7 @@ def test_learns_dynamics_and_predicts_them_elsewhere():
     known, other = zigzag(rng, 12), zigzag(rng, 8)
     recipe = training.NetworkRecipe(steps=100)
     model = dynamics.learn([known], rng, recipe)
-    expected, paper = model.expected(other), ~other.up
+    expected, paper = model.predict_means(other), ~other.up
     assert np.corrcoef(expected[paper, 1], other.theta[paper])[0, 1] > 0.9
     told = paper & ~other.starts
     assert np.corrcoef(expected[told, 0], other.dt[told])[0, 1] > 0.6

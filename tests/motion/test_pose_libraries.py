@@ -95,7 +95,7 @@ def cheapest(near, model):
                 length = length + 1 if name != "jump" else (lengths.append(length) or 1)
             short = sum((costs.short + costs.least - m) ** 2 for m in [*lengths, length] if m < costs.least)
             own = costs.feature * sum(near.distance[i, j] for i, j in enumerate(picks))
-            ends = costs.end * (library.place[numbers[0]] + library.left[numbers[-1]])
+            ends = costs.end * (library.place[numbers[0]] + library.samples_left[numbers[-1]])
             best = min(best, own + ends + short + sum(price for _, price in way))
     return best
 
@@ -152,9 +152,9 @@ def test_optimal_is_of_longer_segments_than_closest(pose):
 
 
 def test_segments_fade_into_each_other(pose):
-    sequence = np.concatenate([np.arange(5, 20), pose.first[3] + np.arange(8, 23)])
+    sequence = np.concatenate([np.arange(5, 20), pose.first_samples[3] + np.arange(8, 23)])
     values = np.arange(len(pose.xy), dtype=float)[:, None] * 0
-    values[pose.first[3] :] = 1.0
+    values[pose.first_samples[3] :] = 1.0
     made = blend_segments(sequence, values, pose)[:, 0]
     assert made[0] == 0 and made[-1] == 1 and (np.diff(made) >= 0).all()
     assert 0 < made[10] < made[14] < 0.5 < made[15] < made[19] < 1

@@ -37,7 +37,7 @@ def moving():
 
 def shape_snr(xy, plan):
     t = np.linspace(plan.onset[0] - 0.1, plan.end + 0.3, 1200)
-    return snr(resample_path(xy, 400), resample_path(plan.at(t), 400))
+    return snr(resample_path(xy, 400), resample_path(plan.position_at(t), 400))
 
 
 def test_shapes_are_explained_far_better_than_by_the_published_method(moving):
@@ -88,9 +88,9 @@ def test_what_a_plan_draws_is_found_again(targets, theta, duration):
         targets, 0.8 * duration * np.arange(k), np.full(k, duration), np.full(k, 0.1), np.full(k, theta), 0.0, 3.0
     )
     t = np.arange(-0.1, 0.8 * duration * (k - 1) + 1.3 * duration, 0.005)
-    xy = plan.at(t)
+    xy = plan.position_at(t)
     again = from_recording(t, xy)
-    assert snr(xy, again.at(t)) >= 25
+    assert snr(xy, again.position_at(t)) >= 25
     assert again.strokes <= max(recording_fit._MOST, 2 * k)
 
 
@@ -98,7 +98,7 @@ def test_a_plan_says_what_it_is():
     plan = LognormalPlan([[0, 0], [1, 0], [1, 2]], [0, 0.2], [0.4, 0.4], [0.1, 0.1], [0.3, -0.2], 0, 1)
     assert plan.strokes == 2
     assert plan.dt == pytest.approx([0, 0.5])
-    assert plan.at([5.0])[0] == pytest.approx([1, 2], abs=1e-9)
+    assert plan.position_at([5.0])[0] == pytest.approx([1, 2], abs=1e-9)
     t = np.linspace(-0.5, 2, 5001)
     assert np.trapezoid(plan.velocity(t), t, axis=0) == pytest.approx([1, 2], abs=1e-4)
     for wrong in ({"onset": [0]}, {"end": 0}, {"targets": np.zeros((0, 2))}):

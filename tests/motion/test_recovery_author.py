@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from inked import arc
 
-from handout.motion.recovery.carried_strokes import carried, carried_cost
+from handout.motion.recovery.carried_strokes import carried_cost, carry_strokes
 from handout.motion.recovery.letter_line import Candidate, LetterLine
 from handout.motion.recovery.stroke_order import StrokeOrderModel, stroke_order_model
 from handout.motion.recovery.writer_habits import instance_of, learn_habit
@@ -113,7 +113,7 @@ def cross(*, wide: float = 1.0, lean: float = 0.0, foot: float = 0.0) -> LineGra
 def test_strokes_are_carried_to_ink_that_is_alike(wide, lean, turned):
     told, other = cross(), cross(wide=wide, lean=lean)
     ways = [told.uv[41:][::-1] if turned else told.uv[41:], told.uv[:41]]
-    found = carried(other, np.arange(62), ways, told.uv)
+    found = carry_strokes(other, np.arange(62), ways, told.uv)
     bar, stem = (other.uv[way] for way in found.ways)
     assert found.apart < 0.03
     assert (bar[-1, 0] > bar[0, 0]) is not turned and stem[-1, 1] > stem[0, 1]
@@ -123,14 +123,14 @@ def test_strokes_are_carried_to_ink_that_is_alike(wide, lean, turned):
 def test_strokes_go_on_over_ink_that_they_had_not_and_leave_none_out():
     told, other = cross(), cross(foot=1.2)
     ways = [told.uv[:41], told.uv[41:]]
-    stem, bar = carried(other, np.arange(72), ways, told.uv).ways
+    stem, bar = carry_strokes(other, np.arange(72), ways, told.uv).ways
     assert stem[-1] == 50 and len(bar) >= 19
     # a ring beside it belongs to neither
     angle = np.linspace(0, 2 * np.pi, 40)
     ring = np.column_stack([50 + 9 * np.cos(angle), 50 + 9 * np.sin(angle)])
     uv = np.vstack([told.uv, ring])
     edges = np.vstack([told.edges, np.column_stack([np.arange(62, 101), np.arange(63, 102)])])
-    assert carried(LineGraph(uv, np.ones(102), np.ones(102), uv, edges), np.arange(102), ways, told.uv) is None
+    assert carry_strokes(LineGraph(uv, np.ones(102), np.ones(102), uv, edges), np.arange(102), ways, told.uv) is None
 
 
 def test_what_is_carried_costs_its_lifts_and_its_unlikeness():
@@ -168,5 +168,7 @@ def test_nothing_is_carried_to_letters_whose_writing_was_recorded(small_hand):
     glyphs = [replace(one, ways=(one.vertices,)) if one.letter == "n" else one for one in small_hand.glyphs]
     told = replace(small_hand, glyphs=tuple(glyphs))
     recorded = replace(told, pages=(replace(page, moments=Moments(times=np.arange(len(page.graph)) / 100)),))
-    seen, known = ([len(StrokeOrderModel(hand, ())._carried(n)) for n in told.of("n")] for hand in (told, recorded))
+    seen, known = (
+        [len(StrokeOrderModel(hand, ())._carry_candidates(n)) for n in told.of("n")] for hand in (told, recorded)
+    )
     assert any(seen) and not any(known)

@@ -78,7 +78,7 @@ def test_a_guide_leads_over_a_letter_as_its_form_goes():
     h = _capital_h()
     net = build_network(h.xy, h.radius, h.density, h.edges)
     for text in ("29 20 | 79 70 | 05 95", "29 20 | 05 95 | 70 79", "95 05 | 70 79 | 20 29"):
-        form = [xy * (2.4 / 9, 2 / 9) - (0.6, 0) for xy in letter_forms._ductus_strokes(text)]
+        form = [xy * (2.4 / 9, 2 / 9) - (0.6, 0) for xy in letter_forms._read_ductus(text)]
         laid = np.concatenate([np.linspace(xy[0], xy[-1], 8) for xy in form])[None]
         (walk,) = guided_search(net, 1.0, form_guides(net, laid, np.repeat(np.arange(3), 8)[None]))
         ends = np.array([net.xy[chain_vertices(net, stroke)][[0, -1]] for stroke in walk.strokes])

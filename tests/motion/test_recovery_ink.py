@@ -28,7 +28,7 @@ def test_a_stem_whose_ink_is_wide_was_passed_twice(wide, times):
 def test_little_ink_tells_nothing():
     short = inked(line([[(0.0, 0.0), (0.0, 0.2)]]), 2.0)
     net = build_network(short.xy, short.radius, short.density, short.edges, usual=USUAL)
-    assert net.length[0] < 3 and net.retraced.tolist() == [0.0]
+    assert net.length[0] < 3 and net.retrace_odds.tolist() == [0.0]
 
 
 @pytest.mark.parametrize(("seam", "wide"), [(60, 1.4), (135, 1.4), (200, 2.2)])  # nobody expects one so low

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from handout.pdf_forms.answers import answers_of, lacking, matched
+from handout.pdf_forms.answers import answers_of, lacking, match_columns
 from handout.pdf_forms.fields import Field, PdfForm, Widget
 
 PLACE = (Widget(0, (0.0, 0.0, 50.0, 8.0)),)
@@ -30,7 +30,7 @@ SURNAME = FORM.fields[0]
 
 @pytest.mark.parametrize("header", ["Surname", "SUR NAME:", "family name *", "form[0].person[0].Sur_name[0]"])
 def test_a_column_answers_the_field_that_it_is_called_like(header):
-    assert matched(FORM, [header]) == ({0: SURNAME}, [])
+    assert match_columns(FORM, [header]) == ({0: SURNAME}, [])
 
 
 @pytest.mark.parametrize(
@@ -46,19 +46,19 @@ def test_a_column_answers_the_field_that_it_is_called_like(header):
     ],
 )
 def test_columns_that_answer_nothing_are_told(header, columns, words):
-    _, problems = matched(FORM, header, columns)
+    _, problems = match_columns(FORM, header, columns)
     assert len(problems) == 1 and words in problems[0]
 
 
 def test_columns_are_given_and_left_out_by_hand():
-    fields, problems = matched(
+    fields, problems = match_columns(
         FORM, ["who", "zip", "Remarks of the office"], ("surname=WHO", "code=zip", "=Remarks of the office")
     )
     assert not problems and {n: f.name for n, f in fields.items()} == {0: SURNAME.name, 1: "code"}
 
 
 def answer(name, text):
-    answers, problems = answers_of({0: FORM.named[name]}, 2, [text])
+    answers, problems = answers_of({0: FORM.fields_by_name[name]}, 2, [text])
     return answers.values.get(name), problems
 
 
@@ -90,7 +90,7 @@ def test_answers_that_cannot_be_written_are_told_by_field(name, text, words):
 
 
 def test_required_answers_are_missed_once():
-    fields = {0: SURNAME, 1: FORM.named["swims"]}
+    fields = {0: SURNAME, 1: FORM.fields_by_name["swims"]}
     answers, wrong = answers_of(fields, 2, ["", "no"])  # "no" is an answer
     assert list(lacking(FORM, answers, wrong)) == [f"{SURNAME.name}: an answer is required"]
     answers, wrong = answers_of(fields, 2, ["Ada", "perhaps"])  # told already

@@ -29,7 +29,7 @@ def test_every_kind_of_field_is_read(tmp_path):
     field(pdf, "hidden", (60, 20, 160, 40)).F = 2
     pdf.Root.AcroForm.CO, pdf.Root.AcroForm.XFA = Array([pdf.Root.AcroForm.Fields[1]]), String("<xdp/>")
     form = read(pdf, tmp_path / "a.pdf")
-    fields = form.named
+    fields = form.fields_by_name
     assert list(fields) == ["name", "code", "text", "ok", "boat", "sign"]
     name, code, text = fields["name"], fields["code"], fields["text"]
     assert (name.kind, name.required, name.label, name.align, name.value) == ("text", True, "Your name", "right", "Ada")

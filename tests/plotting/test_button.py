@@ -32,10 +32,10 @@ class Watching:
         return False
 
     def paused(self, pressed):
-        at = tuple(self.plotter.paper.at[:2])
+        at = tuple(self.plotter.paper.place[:2])
         self.seen.append((self.plotter.pen_is_down, self.plotter.now))
         while not pressed():
-            assert not self.plotter.pen_is_down and tuple(self.plotter.paper.at[:2]) == at
+            assert not self.plotter.pen_is_down and tuple(self.plotter.paper.place[:2]) == at
         self.seen.append((self.plotter.pen_is_down, self.plotter.now))
 
 

@@ -84,7 +84,7 @@ def test_what_hangs_off_the_paper_is_said_before_it_is_drawn():
 def test_late_answers_are_no_fault():
     port = open_port("sim:?fault=late&after=30&late=300ms", PROFILE)
     report = run(plan(page(words=1), PROFILE), port, PROFILE)
-    assert report.executed_s > report.announced_s and port.lost == 0
+    assert report.executed_s > report.announced_s and port.lost_bytes == 0
     assert len(port.executed().strokes) == 1
 
 
@@ -100,7 +100,7 @@ def test_an_interrupt_stops_the_machine_and_lifts_the_pen(profile, share):
     with pytest.raises(KeyboardInterrupt):
         run(plan(DRAWING, profile), port, profile, progress=stop)
     assert not port.pen_is_down and port.firmware.state == "Idle" and not port.firmware.locked
-    assert port.paper.at[:2] == (0, 0)
+    assert port.paper.place[:2] == (0, 0)
     drawn = sum(stroke.length for stroke in port.executed().strokes)
     assert drawn < (share + 0.25) * DRAWING.pen_down
     again = run(plan(DRAWING, profile), port, profile)  # it knows where it is: the next sheet is in its place
@@ -180,14 +180,14 @@ def test_a_machine_that_agrees_says_nothing():
 def test_a_small_buffer_is_believed():
     port = open_port("sim:?buffer=40", PROFILE)
     report = run(plan(DRAWING, PROFILE), port, PROFILE)
-    assert port.lost == 0 and len(port.executed().strokes) == len(DRAWING.strokes)
+    assert port.lost_bytes == 0 and len(port.executed().strokes) == len(DRAWING.strokes)
     assert report.executed_s == pytest.approx(report.announced_s, rel=0.05)
 
 
 def test_a_slow_usb_adapter_is_no_hindrance():
     port = open_port("sim:?latency=8ms", PROFILE)
     report = run(plan(DRAWING, PROFILE), port, PROFILE)
-    assert report.executed_s == pytest.approx(report.announced_s, rel=0.05) and port.lost == 0
+    assert report.executed_s == pytest.approx(report.announced_s, rel=0.05) and port.lost_bytes == 0
 
 
 @pytest.mark.parametrize(
@@ -199,7 +199,7 @@ def test_soft_limits_of_the_machine_count(work, said):
     port.firmware.modes.work[:2] = [work, -220.0]
     with pytest.raises(DoesNotFit, match=said):
         run(plan(DRAWING, PROFILE), port, PROFILE)
-    assert not port.executed().strokes and port.paper.at[:2] == (0, 0)
+    assert not port.executed().strokes and port.paper.place[:2] == (0, 0)
 
 
 def test_several_sheets_over_one_connection():

@@ -44,7 +44,7 @@ def line(word, length, begin=0.0, at=0.0):
 
 
 def test_steps_are_read():
-    told = hooks.read(
+    told = hooks.read_steps(
         ["go pot", "down 2mm", "wait 300ms", "up", "send M8", "send G4 P1", "go -5 2cm"], {"pot": "1 2"}, "x"
     )
     assert told == (Go(1, 2), Lower(2.0), Wait(0.3), Lift(), Send(("M8", "G4 P1")), Go(-5, 20))
@@ -66,7 +66,7 @@ def test_steps_are_read():
 )
 def test_what_is_no_step_is_named(steps, said):
     with pytest.raises(InputError, match=said):
-        hooks.read(steps, {"edge": "1mm 2mm"}, "hooks.dip")
+        hooks.read_steps(steps, {"edge": "1mm 2mm"}, "hooks.dip")
 
 
 def test_a_profile_with_wrong_hooks_is_refused_when_it_is_read(tmp_path):
@@ -81,9 +81,9 @@ def test_a_profile_with_wrong_hooks_is_refused_when_it_is_read(tmp_path):
     ]:
         path.write_text(f"{text}\n[hooks]\n{lines}\n", encoding="utf-8")
         with pytest.raises(ProfileError, match=said):
-            profiles.read(path)
+            profiles.read_profile(path)
     path.write_text(f'{text}\n[hooks]\nafter_page = ["go home"]\n[hooks.places]\nhome = "0 0"\n', encoding="utf-8")
-    assert profiles.read(path).hooks.steps("after_page") == (Go(0, 0),)
+    assert profiles.read_profile(path).hooks.steps("after_page") == (Go(0, 0),)
 
 
 def test_a_pot_beside_the_bed_is_refused():

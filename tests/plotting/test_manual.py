@@ -28,7 +28,7 @@ def again(plotter):
 
 def at(plotter):
     """mm, where its carriage really stands."""
-    return tuple(steps / per for steps, per in zip(plotter.paper.at[:2], plotter.paper.steps[:2], strict=True))
+    return tuple(steps / per for steps, per in zip(plotter.paper.place[:2], plotter.paper.steps[:2], strict=True))
 
 
 @pytest.mark.parametrize("machine", MACHINES, indirect=True)

@@ -38,7 +38,7 @@ def test_a_plot_over_a_network_overruns_nothing(way, more):
     port, said = open_port(f"sim:?{way}{more}", PROFILE), []
     run(MADE, port, PROFILE, log=said.append)
     assert fidelity.compare(DRAWING, port.executed()).deviation < 0.1
-    assert port.lost == 0 and said == []
+    assert port.lost_bytes == 0 and said == []
     port.close()
     with pytest.raises(PortError, match=r"is lost: is the plotter still switched on, and on the network\?"):
         port.read(0.1)

@@ -17,7 +17,7 @@ def touches(port):
     pen = port.profile.pen
     if pen.lift != "z":
         return port.pen_is_down
-    height = port.paper.at[2] / port.paper.steps[2]
+    height = port.paper.place[2] / port.paper.steps[2]
     return (height - pen.down) / (pen.up - pen.down) <= 0.1
 
 
@@ -138,7 +138,7 @@ def test_a_pen_that_is_clamped_hard_is_not_pressed(tmp_path):
         own, path = tmp_path / "own.toml", tmp_path / "plotter-mine.toml"
         own.write_text(text, encoding="utf-8")
         saved_heights.save(own, path, saved_heights.lines(found, profile))
-        assert profiles.read(path).pen.pressed == found.down
+        assert profiles.read_profile(path).pen.pressed == found.down
 
 
 def test_given_heights_are_tried():
@@ -175,7 +175,7 @@ def test_a_copy_keeps_all_but_the_heights(tmp_path):
     changed = [(a, b) for a, b in zip(before, after, strict=True) if a != b]
     assert [b.split("#")[0].strip() for _, b in changed] == ["up = 20000", "down = 15000.5"]
     assert "20641 before: pulse in units of 83.3 ns" in changed[0][1]
-    assert profiles.read(path).pen.down == 15000.5
+    assert profiles.read_profile(path).pen.down == 15000.5
 
 
 def test_what_a_profile_cannot_have_is_not_written(tmp_path):

@@ -184,4 +184,4 @@ def test_pens_that_cannot_be_are_refused(tmp_path, pen, said):
     path = tmp_path / "plotter-x.toml"
     path.write_text(f"{head}[pen]\n{pen}up_time{tail}", encoding="utf-8")
     with pytest.raises(ProfileError, match=said):
-        profiles.read(path)
+        profiles.read_profile(path)

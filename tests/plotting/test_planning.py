@@ -61,7 +61,7 @@ def test_the_path_is_kept_at_any_speed(seed, x_height, speed):
     for stroke, drawn in zip(drawing.strokes, port.executed().strokes, strict=True):
         assert fidelity.deviation_of(stroke, drawn) < 0.1
     assert report.executed_s == pytest.approx(made.duration, rel=0.05)
-    assert port.lost == 0
+    assert port.lost_bytes == 0
 
 
 @pytest.mark.slow
@@ -233,7 +233,7 @@ def test_a_slow_line_is_not_asked_for_more_than_it_carries():
     made, report, port = executed(drawing, slow_line)
     drawn = made.toolpath.draws
     assert drawn.sum() / made.motion.duration[drawn].sum() < 9600 / 10 / 22
-    assert made.stretched > 1.5 and port.lost == 0
+    assert made.stretched > 1.5 and port.lost_bytes == 0
     assert report.executed_s == pytest.approx(made.duration, rel=0.05)
 
 

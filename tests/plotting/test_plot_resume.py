@@ -186,10 +186,10 @@ def test_on_its_way_back_to_zero_a_plotter_is_believed(tmp_path, profile):
     job = made(tmp_path, profile)
     with pytest.raises(KeyboardInterrupt):
         runner.run_job(job, lambda: plotter, person, progress=Stop(0.4))
-    read, there = plotter.read, np.array(plotter.paper.at[:2], dtype=float)
+    read, there = plotter.read, np.array(plotter.paper.place[:2], dtype=float)
 
     def interrupted(timeout):
-        if 0.2 < np.hypot(*plotter.paper.at[:2]) / np.hypot(*there) < 0.8:
+        if 0.2 < np.hypot(*plotter.paper.place[:2]) / np.hypot(*there) < 0.8:
             plotter.read = read
             raise KeyboardInterrupt
         return read(timeout)

@@ -90,7 +90,7 @@ def test_a_plot_through_a_serial_line():
         plotter.lay(drawing.page, made.placement)
         report = run(made, port, PROFILE)
         assert report.stretched == pytest.approx(made.stretched) and 0 < report.executed_s < 60
-        assert fidelity.compare(drawing, plotter.executed()).deviation < 0.1 and plotter.lost == 0
+        assert fidelity.compare(drawing, plotter.executed()).deviation < 0.1 and plotter.lost_bytes == 0
     finally:
         end.set()
         thread.join()

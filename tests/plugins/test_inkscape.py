@@ -134,7 +134,7 @@ def test_other_documents(call):
 def test_every_option_of_the_dialogue_is_one_of_the_script(extension):
     root = ElementTree.parse(FOLDER / "handout_write.inx").getroot()
     names = {param.get("name") for param in root.iter() if param.tag.endswith("}param")} - {"tab"}
-    assert names <= vars(extension._asked(["document.svg"])).keys()
+    assert names <= vars(extension._parse_arguments(["document.svg"])).keys()
     assert root.findtext(".//{*}command") == SCRIPT.name
     ast.parse(SCRIPT.read_text(encoding="utf-8"), feature_version=(3, 8))  # the oldest Python that an Inkscape 1 brings
 

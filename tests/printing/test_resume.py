@@ -67,7 +67,7 @@ def resume(what, tmp_path):
 
 def entries(tmp_path):
     (path,) = (tmp_path / "state").glob("*.jsonl")
-    return [json.loads(text) for text in journal_lines.read(path)]
+    return [json.loads(text) for text in journal_lines.read_lines(path)]
 
 
 def test_every_step_is_in_the_journal(what, tmp_path):

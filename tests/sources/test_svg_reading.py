@@ -51,7 +51,7 @@ def test_a_picture_of_it_keeps_corners_and_straight_lines():
         '<polygon points="10,20 20,3 40,3 50,20 40,37 20,37"/><rect x="5" y="1" width="90" height="48" rx="3"/>'
     )
     for curve, stroke in zip(curves.fit(drawing.strokes), drawing.strokes, strict=True):
-        drawn = curve.at(np.linspace(stroke.t[0], stroke.t[-1], 4000))
+        drawn = curve.places_at(np.linspace(stroke.t[0], stroke.t[-1], 4000))
         start, way = stroke.xy[:-1], np.diff(stroke.xy, axis=0)
         share = np.clip(((drawn[:, None] - start) * way).sum(axis=2) / (way**2).sum(axis=1), 0, 1)
         off = drawn[:, None] - start - share[..., None] * way

@@ -15,7 +15,7 @@ import numpy as np
 
 from handout.colour import METHODS, conversions
 from handout.colour.models import inverse, splines
-from handout.colour.models.forward import Forward, fit_forward, lattice, missed
+from handout.colour.models.forward import Forward, fit_forward, lattice, measure_misses
 from handout.colour.models.inverse import optimised_nodes
 from handout.colour.patches import Patches
 from handout.errors import InputError
@@ -77,7 +77,7 @@ def fit(patches: Patches, method: str = "forward") -> Model:
     else:
         direct = _direct(patches, exact=method == "tps-haines2016")
         reached = direct(patches.scanned)
-    misses = missed(forward, reached, patches.scanned)
+    misses = measure_misses(forward, reached, patches.scanned)
     mean, worst = float(misses.mean()), int(misses.argmax())
     if not mean <= _BOUND:
         sent = ", ".join(f"{255 * value:.0f}" for value in patches.device[worst])
@@ -91,9 +91,9 @@ def fit(patches: Patches, method: str = "forward") -> Model:
 def _direct(patches: Patches, exact: bool) -> splines.Spline:
     variances = splines.noise(patches.device, patches.scanned, patches.deviation)
     if exact:
-        ready = splines.merged(patches.scanned, patches.device, np.ones(len(patches)))
+        ready = splines.merge_close_rows(patches.scanned, patches.device, np.ones(len(patches)))
         return splines.exact(ready.x, ready.y)
-    ready = splines.merged(patches.scanned, patches.device, variances * _steepness(patches) ** 2)
+    ready = splines.merge_close_rows(patches.scanned, patches.device, variances * _steepness(patches) ** 2)
     return splines.smooth(ready.x, ready.y, ready.variances, ("r2 log r",), degree=1)
 
 

@@ -117,7 +117,7 @@ def spline(patches: Patches) -> splines.Spline:
     usable = np.ones(len(patches), dtype=bool)
     for _ in range(_ROUNDS):
         device, scanned = patches.device[usable], patches.scanned[usable]
-        ready = splines.merged(device, scanned, splines.noise(device, scanned, patches.deviation[usable]))
+        ready = splines.merge_close_rows(device, scanned, splines.noise(device, scanned, patches.deviation[usable]))
         fit = splines.smooth(ready.x, ready.y, ready.variances, ("r3", "r5"), degree=2)
         off = np.linalg.norm(fit(patches.device) - patches.scanned, axis=1)
         near = off <= max(_FAR * float(np.median(off)), _HARMLESS)
@@ -132,6 +132,6 @@ def fit_forward(patches: Patches) -> Forward:
     return Forward(spline(patches)(lattice(SIZE)).reshape(SIZE, SIZE, SIZE, 3))
 
 
-def missed(forward: Forward, device: Array, scanned: Array) -> Array:
+def measure_misses(forward: Forward, device: Array, scanned: Array) -> Array:
     """(n,) ΔE00 between scanned colours and what is seen of the device colours, cut to 0–1, meant to give them."""
     return conversions.delta_e(conversions.lab(forward.inside(np.clip(device, 0, 1))), conversions.lab(scanned))

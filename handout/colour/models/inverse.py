@@ -17,7 +17,7 @@ import numpy as np
 
 from handout.colour import conversions
 from handout.colour.interpolation import look_up, parts
-from handout.colour.models.forward import Forward, missed
+from handout.colour.models.forward import Forward, measure_misses
 from handout.values import Array
 
 if TYPE_CHECKING:
@@ -74,16 +74,16 @@ def nearest(forward: Forward, wanted: Array) -> Array:
 
     device, scanned = forward.samples
     labs, aim = conversions.lab(scanned), conversions.lab(wanted)
-    near = KDTree(conversions.evened(labs)).query(conversions.evened(aim), k=SETTINGS.candidates)[1]
+    near = KDTree(conversions.bend_chroma(labs)).query(conversions.bend_chroma(aim), k=SETTINGS.candidates)[1]
     far = conversions.delta_e(labs[near], aim[:, None, :])
     rows, best = np.arange(len(aim)), far.argmin(axis=1)
     device_best, cost = device[near[rows, best]], far[rows, best]
     for step in SETTINGS.steps:
-        device_best, cost = _refined(forward, aim, device_best, cost, step)
+        device_best, cost = _refine_channels(forward, aim, device_best, cost, step)
     return np.asarray(device_best)
 
 
-def _refined(forward: Forward, aim: Array, device: Array, cost: Array, step: float) -> tuple[Array, Array]:
+def _refine_channels(forward: Forward, aim: Array, device: Array, cost: Array, step: float) -> tuple[Array, Array]:
     """Each channel moved to the foot of the parabola through three squared differences, where that is better."""
     for channel in range(3):
         move = np.zeros(3)
@@ -119,7 +119,7 @@ def invert(forward: Forward, wanted: Array) -> Array:
     out, close = np.zeros_like(wanted), away <= SETTINGS.shell
     out[close] = solve(forward, wanted[close], device[which[close]])
     lost = np.where(close, 0.0, np.inf)
-    lost[close] = missed(forward, out[close], wanted[close])
+    lost[close] = measure_misses(forward, out[close], wanted[close])
     off = np.flatnonzero(lost > SETTINGS.seen)
     if len(off):
         out[off] = _improve(forward, wanted[off], out[off], lost[off])
@@ -129,11 +129,11 @@ def invert(forward: Forward, wanted: Array) -> Array:
 def _improve(forward: Forward, wanted: Array, current: Array, lost: Array) -> Array:
     """(n, 3) device RGB: `found`, which loses (n,) ΔE00 when it is cut, or what loses clearly less."""
     printed = nearest(forward, wanted)
-    short = missed(forward, printed, wanted)
+    short = measure_misses(forward, printed, wanted)
     near = short < np.minimum(lost, SETTINGS.far)
     again = printed.copy()
     again[near] = solve(forward, wanted[near], printed[near])
-    least = missed(forward, again, wanted)
+    least = measure_misses(forward, again, wanted)
     best = np.where((least <= short)[:, None], again, printed)
     return np.where((np.minimum(least, short) < lost - SETTINGS.clearly)[:, None], best, current)
 
@@ -141,11 +141,11 @@ def _improve(forward: Forward, wanted: Array, current: Array, lost: Array) -> Ar
 def printable(forward: Forward, wanted: Array) -> tuple[Array, Array]:
     """The printable colours nearest to (n, 3) scanned RGB: (n, 3) device RGB in 0–1, and (n,) ΔE00 that is lost."""
     device = np.clip(invert(forward, wanted), 0, 1)
-    lost = missed(forward, device, wanted)
+    lost = measure_misses(forward, device, wanted)
     off = np.flatnonzero(lost > SETTINGS.seen)
     if len(off):
         other = nearest(forward, wanted[off])
-        short = missed(forward, other, wanted[off])
+        short = measure_misses(forward, other, wanted[off])
         nearer = short < lost[off]
         device[off[nearer]], lost[off[nearer]] = other[nearer], short[nearer]
     return device, lost
@@ -195,7 +195,7 @@ def _samples(forward: Forward, side: int) -> tuple[csr_matrix, Array, Array]:
     scanned = np.concatenate([forward.samples[1], forward.inside(greys)])
     rim, shown = _rim(forward, 1 / (side - 1))
     weight = np.repeat([1.0, FIT.weight, FIT.light], [len(forward.samples[1]), FIT.greys, len(rim)])
-    wanted = np.concatenate([conversions.evened(conversions.lab(scanned)), shown])
+    wanted = np.concatenate([conversions.bend_chroma(conversions.lab(scanned)), shown])
     corners, shares = parts(side, np.ascontiguousarray(np.concatenate([scanned, rim]).T))
     rows = np.tile(np.arange(len(wanted)), 4)
     where = (rows, np.concatenate(corners))
@@ -226,8 +226,8 @@ def _residual(forward: Forward, sent: Array, wanted: Array) -> tuple[Array, Arra
     within = np.clip(sent, 0, 1)
     scanned = forward.inside(within)
     slopes = forward.slopes(within, scanned)
-    base, tiny = conversions.evened(conversions.lab(scanned)), 1e-4
-    turned = [(conversions.evened(conversions.lab(scanned + tiny * axis)) - base) / tiny for axis in np.eye(3)]
+    base, tiny = conversions.bend_chroma(conversions.lab(scanned)), 1e-4
+    turned = [(conversions.bend_chroma(conversions.lab(scanned + tiny * axis)) - base) / tiny for axis in np.eye(3)]
     steep = np.einsum("nki,nij->nkj", np.stack(turned, axis=2), slopes)
     error = wanted - base
     asked = np.einsum("nki,nk->ni", steep, error)
@@ -245,4 +245,4 @@ def _rim(forward: Forward, cell: float) -> tuple[Array, Array]:
     rim = scanned + cell * np.resize(FIT.rim, len(scanned))[:, None] * outward
     rim = rim[((rim >= 0) & (rim <= 1)).all(axis=1)]
     printed = printable(forward, rim)[0]
-    return rim, conversions.evened(conversions.lab(forward.inside(printed)))
+    return rim, conversions.bend_chroma(conversions.lab(forward.inside(printed)))

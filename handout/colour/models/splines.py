@@ -48,7 +48,7 @@ def noise(device: Array, scanned: Array, deviation: Array) -> Array:
     return np.maximum(np.maximum(variances, repeated), _FLOOR**2)
 
 
-def merged(x: Array, y: Array, variances: Array) -> PreparedSamples:
+def merge_close_rows(x: Array, y: Array, variances: Array) -> PreparedSamples:
     """Rows whose `x` are closer than `CLOSE` become one row, each weighted by how well it is known."""
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components

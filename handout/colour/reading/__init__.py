@@ -4,9 +4,11 @@ file ─► opening ─► registration ─► sampling ─► flatness ─► m
            └──────────────┴─────── picture_checks, print_checks, printer_checks ──► findings
 """
 
-from handout.colour.reading.chart_reading import ChartReading, SheetReading, read
+from handout.colour.reading.chart_reading import ChartReading, SheetReading, read_scans
 from handout.colour.reading.findings import ScanFinding, ScanRefused
 from handout.colour.reading.pen_field import Scribble
 from handout.colour.reading.scan_files import ChartScan, open_scans
 
-__all__ = ["ChartReading", "ChartScan", "ScanFinding", "ScanRefused", "Scribble", "SheetReading", "open_scans", "read"]
+__all__ = [
+    "ChartReading", "ChartScan", "ScanFinding", "ScanRefused", "Scribble", "SheetReading", "open_scans", "read_scans",
+]  # fmt: skip

@@ -101,7 +101,7 @@ class ChartReading:
         return written and replace(written, contrast=chart_contrast(self.device, self.scanned))
 
 
-def read(
+def read_scans(
     scans: Iterable[Path | ChartScan], chart: Chart | None = None, paper: Sequence[float] | None = None
 ) -> ChartReading:
     """Read scans of a chart: one or several of each of its pages, at any angle, of any resolution from 50 to 1200 dpi.
@@ -143,7 +143,7 @@ def read(
                 ScanFinding("no-scan", "refuse", "No scan was given: print the chart, scan it, and give the file.")
             )
         return ChartReading(chart, np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0), tuple(findings))
-    findings += _compared(sheets, chart)
+    findings += _compare_sheets(sheets, chart)
     device, scanned, deviation = _merged_means(sheets)
     if len(device) > 200 and not any(finding.code == "grey" for finding in findings):
         findings += print_checks.check_printer(device, scanned, deviation)
@@ -167,7 +167,7 @@ def _sheet_reading(scan: ChartScan, placement: ChartPlacement) -> SheetReading:
     sampled = sample(scan.pixels, placement)
     middles = (page.boxes[:, :2] + page.boxes[:, 2:]) / 2
     shading = shading_of(sampled.values, page.device, middles, sampled.inside)
-    values = sampled.values / shading.at(middles)
+    values = sampled.values / shading.factors_at(middles)
     sheet = print_checks.ReadPage(scan, placement, sampled, values, shading)
     findings = [*picture_checks.check_picture(sheet), *print_checks.check_page(sheet)]
     bad = ~sampled.inside
@@ -180,12 +180,12 @@ def _sheet_reading(scan: ChartScan, placement: ChartPlacement) -> SheetReading:
         findings += [*stripes, *blemishes]
         bad = bad | spoilt
     findings = picture_checks.with_resolution(placement, scan.source, findings)
-    white = sheet.where(255, 255, 255)
+    white = sheet.find_patches(255, 255, 255)
     scribble = scribble_of(scan, placement, values[white].mean(axis=0), shading) if white.any() else None
     return SheetReading(scan, placement, sampled, shading, values, ~bad, tuple(findings), scribble)
 
 
-def _compared(sheets: Sequence[SheetReading], chart: Chart) -> list[ScanFinding]:
+def _compare_sheets(sheets: Sequence[SheetReading], chart: Chart) -> list[ScanFinding]:
     """Findings about all scans together: pages that are missing, scans made with different settings."""
     findings = []
     pages = {sheet.page.number for sheet in sheets}

@@ -38,7 +38,7 @@ class ScanFinding:
         return {"code": self.code, "severity": self.severity, "sentence": str(self)}
 
 
-def listed(names: Iterable[str]) -> str:
+def list_names(names: Iterable[str]) -> str:
     """Names of patches for a sentence, not too many."""
     every = list(names)
     more = f" and {len(every) - _SHOWN} more" if len(every) > _SHOWN else ""
@@ -53,6 +53,6 @@ class ScanRefused(InputError):
         self.finding = finding
 
 
-def refused(code: str, sentence: str, where: str) -> ScanRefused:
+def make_refusal(code: str, sentence: str, where: str) -> ScanRefused:
     """The error for one fault that leaves nothing to read."""
     return ScanRefused(ScanFinding(code, "refuse", sentence, where))

@@ -70,7 +70,13 @@ def sample(pixels: NDArray[Any], placement: ChartPlacement) -> Sampled:
     high, low = (samples == full).mean(axis=0), (samples == 0).mean(axis=0)
     parts = samples.reshape(BLOCKS, side, BLOCKS, side, len(at), 3).mean(axis=(1, 3), dtype=np.float64)
     blocks = parts.transpose(2, 0, 1, 3) / full
-    values, odd = _block_means(blocks.reshape(len(at), -1, 3))
+    # means (n, 3) of the blocks (n, m, 3) that are like most of their patch, and the share (n,) of the others
+    flat = blocks.reshape(len(at), -1, 3)
+    off = np.abs(flat - np.median(flat, axis=1, keepdims=True))
+    spread = 1.4826 * np.median(off, axis=1, keepdims=True)
+    like = np.asarray(off <= _APART * spread + _FLOOR).all(axis=2)
+    weight = np.expand_dims(like, -1)
+    values, odd = (flat * weight).sum(axis=1) / np.maximum(weight.sum(axis=1), 1), 1.0 - like.mean(axis=1)
     for array in (values, blocks, odd, high, low):
         array[~inside] = 0.0
     return Sampled(inside, values, blocks, odd, high, low, len(np.unique(samples[::7])))
@@ -88,16 +94,6 @@ def sample_grid(placement: ChartPlacement, parts: Array) -> Array:
     u = ((1 - INNER) / 2 + INNER * parts)[None, None, :, None]
     v = ((1 - INNER) / 2 + INNER * parts)[None, :, None, None]
     return np.asarray((1 - v) * ((1 - u) * a + u * b) + v * ((1 - u) * c + u * d))
-
-
-def _block_means(blocks: Array) -> tuple[Array, Array]:
-    """Means (n, 3) of the blocks (n, m, 3) that are like most of their patch, and the share (n,) of the others."""
-    middle = np.median(blocks, axis=1, keepdims=True)
-    off = np.abs(blocks - middle)
-    spread = 1.4826 * np.median(off, axis=1, keepdims=True)
-    like = np.asarray(off <= _APART * spread + _FLOOR).all(axis=2)
-    weight = np.expand_dims(like, -1)
-    return (blocks * weight).sum(axis=1) / np.maximum(weight.sum(axis=1), 1), 1.0 - like.mean(axis=1)
 
 
 _DEGREES = (0, 1, 2, 3)  # of the shading that is tried; set by eye
@@ -123,7 +119,7 @@ class Shading:
     def __post_init__(self) -> None:
         object.__setattr__(self, "coefficients", readonly(self.coefficients, None, 3))
 
-    def at(self, mm: Array) -> Array:
+    def factors_at(self, mm: Array) -> Array:
         """(n, 3) factors at points (n, 2) in mm."""
         return np.asarray(np.exp(_terms((mm - self.middle) / self.half, self.degree) @ self.coefficients))
 
@@ -166,7 +162,7 @@ def shading_of(values: Array, device: Array, mm: Array, usable: NDArray[np.bool_
         # a higher degree has to be clearly better: each one more bends more between the patches
         if left_out < 0.98 * score:
             score, best = left_out, Shading(fitted[levels.shape[1] :], degree, middle, half)
-    shift = np.log(best.at(mm)).mean(axis=0)
+    shift = np.log(best.factors_at(mm)).mean(axis=0)
     # the constant is the last of the terms: it is subtracted from the logarithm
     if best.degree == 0:
         return best

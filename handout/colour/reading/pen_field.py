@@ -77,7 +77,7 @@ def scribble_of(
     # nearest, not between: what is between two pixels would be neither's colour
     picture = cv2.remap(scan.pixels, at[..., 0], at[..., 1], cv2.INTER_NEAREST).astype(np.float32) / scan.full
     if shading is not None:
-        factor = shading.at(nodes.reshape(-1, 2)).reshape((*nodes.shape[:2], 3))
+        factor = shading.factors_at(nodes.reshape(-1, 2)).reshape((*nodes.shape[:2], 3))
         picture /= _interpolate(factor, height, width).astype(np.float32)
     scribble = Scribble(np.asarray(picture, dtype=np.float32), paper, placement.dpi)
     lines = strokes_in(scribble.density, scribble.dpi)
@@ -112,14 +112,13 @@ def _read_levels(scan: ChartScan, placement: ChartPlacement, mm: Array) -> Array
 
 def _interpolate(nodes: Array, height: int, width: int) -> Array:
     """(height, width, k): what lies between nodes (r, c, k), at the middles of pixels."""
-    down, across = (_shares(count, size) for count, size in zip(nodes.shape[:2], (height, width), strict=True))
+    # (size, count) of each node in each pixel
+    middles = [(np.arange(size) + 0.5) / size for size in (height, width)]
+    down, across = (
+        np.clip(1 - np.abs(at[:, None] * (count - 1) - np.arange(count)), 0, 1)
+        for at, count in zip(middles, nodes.shape[:2], strict=True)
+    )
     return np.asarray(np.einsum("hr,rck,wc->hwk", down, nodes, across, optimize=True))
-
-
-def _shares(count: int, size: int) -> Array:
-    """(size, count) of each node in each pixel."""
-    at = (np.arange(size) + 0.5) / size * (count - 1)
-    return np.asarray(np.clip(1 - np.abs(at[:, None] - np.arange(count)), 0, 1))
 
 
 def file_beside(patches: Path) -> Path:

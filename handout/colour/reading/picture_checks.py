@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from handout import units
 from handout.colour.chart import MARKS, ChartPage
-from handout.colour.reading.findings import ScanFinding, Severity, listed
+from handout.colour.reading.findings import ScanFinding, Severity, list_names
 from handout.colour.reading.patch_means import Sampled
 from handout.colour.reading.registration import ChartPlacement
 from handout.colour.reading.scan_files import GREY, ChartScan
@@ -153,7 +153,7 @@ def of_marks(scanned: SampledPage) -> list[ScanFinding]:
     if len(missing):
         sentence = (
             f"The {_cut_edges(page, sampled.inside)} of the chart is cut off, and with it {len(missing)} of "
-            f"{units.count(len(names), 'patch', 'patches')} ({listed(missing)}): lay the page so that all of it is "
+            f"{units.count(len(names), 'patch', 'patches')} ({list_names(missing)}): lay the page so that all of it is "
             "scanned."
         )
         findings.append(ScanFinding("cropped", "refuse", sentence, source, tuple(missing.tolist())))

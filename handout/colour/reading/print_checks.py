@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from handout.colour.reading.findings import ScanFinding, listed
+from handout.colour.reading.findings import ScanFinding, list_names
 from handout.colour.reading.patch_means import BLOCKS, Shading
 from handout.colour.reading.picture_checks import SampledPage
 from handout.values import Array
@@ -53,7 +53,7 @@ class ReadPage(SampledPage):
     values: Array
     shading: Shading
 
-    def where(self, *colour: int) -> NDArray[np.bool_]:
+    def find_patches(self, *colour: int) -> NDArray[np.bool_]:
         """(n,) bool: patches of a device colour, 0–255, that lie in the picture."""
         same = np.rint(self.page.device * 255).astype(int) == np.array(colour)
         return np.asarray(same.all(axis=1) & self.sampled.inside)
@@ -61,7 +61,7 @@ class ReadPage(SampledPage):
 
 def check_tones(sheet: ReadPage) -> list[ScanFinding]:
     """Clipping, shading and a wrong gamma."""
-    white, black = sheet.where(255, 255, 255), sheet.where(0, 0, 0)
+    white, black = sheet.find_patches(255, 255, 255), sheet.find_patches(0, 0, 0)
     if not (white.any() and black.any()):
         return []
     high = float(sheet.sampled.high[white].mean(axis=0).max())
@@ -86,7 +86,7 @@ def check_tones(sheet: ReadPage) -> list[ScanFinding]:
 
 
 def _check_gamma(sheet: ReadPage, white: NDArray[np.bool_], black: NDArray[np.bool_]) -> list[ScanFinding]:
-    middle = sheet.where(128, 128, 128)
+    middle = sheet.find_patches(128, 128, 128)
     if not middle.any():
         return []
     light, dark, grey = (float(np.median(sheet.values[mask])) for mask in (white, black, middle))
@@ -110,7 +110,7 @@ def _check_gamma(sheet: ReadPage, white: NDArray[np.bool_], black: NDArray[np.bo
 
 def _check_shading(sheet: ReadPage) -> list[ScanFinding]:
     middles = (sheet.page.boxes[:, :2] + sheet.page.boxes[:, 2:]) / 2
-    factor = sheet.shading.at(middles).mean(axis=1)
+    factor = sheet.shading.factors_at(middles).mean(axis=1)
     range_ = float(np.ptp(factor)) if len(factor) else 0.0
     if range_ <= BOUNDS.shaded:
         return []
@@ -147,9 +147,9 @@ def spoilt_patches(sheet: ReadPage, ideal: Array, grainy: bool = False) -> tuple
     far, bright = _outliers(sheet, off)
     bad = inside & (far | (dusty & (odd > 2 * BOUNDS.odd)))
     if bad.sum() > BOUNDS.many * len(inside):
-        cause = "there is glare, or something" if bright[bad].mean() > 0.8 else "something"
+        what = "there is glare, or something" if bright[bad].mean() > 0.8 else "something"
         sentence = (
-            f"{bad.sum()} of {len(inside)} patches look unlike their colour ({listed(_names(sheet, bad))}): {cause} "
+            f"{bad.sum()} of {len(inside)} patches look unlike their colour ({list_names(_names(sheet, bad))}): {what} "
             "covers part of the chart, or it is another print. Clean the glass, lay the page flat and scan it again."
         )
         return bad, [ScanFinding("blemish", "refuse", sentence, sheet.source, _names(sheet, bad))]
@@ -210,7 +210,7 @@ def _blemishes(
             names = _names(sheet, mask)
             noun = "patch" if len(names) == 1 else "patches"
             sentence = (
-                f"There is {what} on {noun} {listed(names)}; {done}. Clean the glass "
+                f"There is {what} on {noun} {list_names(names)}; {done}. Clean the glass "
                 "and the page, lay it flat, and scan it again."
             )
             findings.append(ScanFinding("blemish", "warn", sentence, sheet.source, names))
@@ -233,7 +233,11 @@ def check_stripes(sheet: ReadPage, ideal: Array) -> list[ScanFinding]:
     for axis, name in ((1, "across"), (0, "down")):
         line = sheet.page.cells[inked, axis]
         # within patches fine bands, between rows of them coarse ones
-        fine = _profile(within.mean(axis=2 if axis == 1 else 1), line)
+        parts = within.mean(axis=2 if axis == 1 else 1)
+        fine = np.zeros((int(line.max()) + 1, parts.shape[1]))
+        for index in range(len(fine)):
+            if (on_line := line == index).sum() >= 6:
+                fine[index] = np.median(parts[on_line], axis=0)
         expected = float(within.std()) / np.sqrt(BLOCKS * max(1, np.bincount(line).max()))
         worst = float(np.abs(fine).max())
         if worst > max(BOUNDS.stripe, 8 * expected):
@@ -246,15 +250,6 @@ def check_stripes(sheet: ReadPage, ideal: Array) -> list[ScanFinding]:
             )
             return [ScanFinding("banding", "warn", sentence, sheet.source)]
     return []
-
-
-def _profile(parts: Array, line: NDArray[np.intp]) -> Array:
-    """(lines, 6): medians over the patches (n, 6) of each line; 0 where there are few."""
-    medians = np.zeros((int(line.max()) + 1, parts.shape[1]))
-    for index in range(len(medians)):
-        if (on_line := line == index).sum() >= 6:
-            medians[index] = np.median(parts[on_line], axis=0)
-    return medians
 
 
 def ideal_of(device: Array, values: Array, usable: NDArray[np.bool_]) -> Array:

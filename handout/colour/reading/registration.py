@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from handout import markers
 from handout.colour.chart import CELLS, MARKS, Chart, ChartPage, dictionary, page_of_marks, whole
-from handout.colour.reading.findings import ScanRefused, refused
+from handout.colour.reading.findings import ScanRefused, make_refusal
 from handout.colour.reading.scan_files import ChartScan
 from handout.values import Array, readonly, readonly_indices
 
@@ -61,7 +61,7 @@ class ChartPlacement:
 
     def pixels(self, mm: Array) -> Array:
         """(n, 2) pixels of points (n, 2) on the page in mm."""
-        return _projected(self.to_pixels, mm + self.bend(mm))
+        return _project_points(self.to_pixels, mm + self.bend(mm))
 
     @property
     def pixel(self) -> float:
@@ -97,9 +97,11 @@ def place(
     try:
         page, mark_corners = _one_page(marks, scan.source, page_of)
     except ScanRefused as error:
-        if error.finding.code == "another-chart" or (dpi := _likely_dpi(scan)) >= _COARSE:
+        # what the file says, or as if the picture showed a sheet and little else
+        dpi = max(scan.dpi) if scan.dpi is not None else min(scan.pixels.shape[:2]) * _INCH / _SHEET
+        if error.finding.code == "another-chart" or dpi >= _COARSE:
             raise
-        raise refused(
+        raise make_refusal(
             "low-dpi",
             f"The scan has only {dpi:.0f} dpi, too few to read the chart's marks: scan the whole page at 300 dpi.",
             scan.source,
@@ -107,21 +109,18 @@ def place(
     if chart is not None and whole(page) is not chart:
         wanted = f"chart {chart.version} on {chart.paper.name}"
         pages = f" in {len(chart.pages)} pages" if len(chart.pages) > 1 else ""
-        raise refused(
+        raise make_refusal(
             "another-chart", f"The page is of {page.label}, and wanted is {wanted}{pages}: scan that.", scan.source
         )
     width = grey.shape[1]
     upright = grey[:, ::-1] if mirrored else grey
     order = np.array(sorted(mark_corners))
-    corners = markers.refined(np.ascontiguousarray(upright), np.concatenate([mark_corners[i] for i in order]), CELLS)
+    corners = markers.refine_corners(
+        np.ascontiguousarray(upright), np.concatenate([mark_corners[i] for i in order]), CELLS
+    )
     if mirrored:
         corners = np.column_stack([width - 1 - corners[:, 0], corners[:, 1]])
     return _fit_placement(scan, page, mirrored, order, corners)
-
-
-def _likely_dpi(scan: ChartScan) -> float:
-    """Pixels an inch: what the file says, or as if the picture showed a sheet and little else."""
-    return max(scan.dpi) if scan.dpi is not None else min(scan.pixels.shape[:2]) * _INCH / _SHEET
 
 
 def in_grey(pixels: NDArray[Any]) -> NDArray[np.uint8]:
@@ -152,7 +151,7 @@ def _one_page(
         if (page := page_of(number)) is not None:
             pages.setdefault(page.label, (page, {}))[1].setdefault(number % MARKS, corners)
     if not marks:
-        raise refused(
+        raise make_refusal(
             "no-marks",
             "None of the chart's 16 square marks can be seen: is it the chart, and the printed side down? Scan the "
             "whole page in colour at 300 dpi.",
@@ -161,20 +160,20 @@ def _one_page(
     # a stray number or two is noise; more of them are another chart
     several = sorted(pages.values(), key=lambda p: -len(p[1]))
     if not several or len(marks) - len(several[0][1]) > max(2, len(several[0][1])):
-        raise refused(
+        raise make_refusal(
             "another-chart",
             "The marks are those of a chart that this version does not know: print and scan a new chart.",
             source,
         )
     if len(several) > 1 and len(several[1][1]) >= _LEAST:
-        raise refused(
+        raise make_refusal(
             "another-chart",
             f"The picture shows two charts ({several[0][0].label}; {several[1][0].label}): scan one page at a time.",
             source,
         )
     page, mark_corners = several[0]
     if len(mark_corners) < _LEAST:
-        raise refused(
+        raise make_refusal(
             "few-marks",
             f"Only {len(mark_corners)} of the chart's {MARKS} marks can be seen, and {_LEAST} are needed: scan the "
             "whole page at 300 dpi, flat and with nothing on it.",
@@ -195,11 +194,11 @@ def _fit_placement(
     )
     matrix, _ = cv2.findHomography(mm, corners, cv2.RANSAC, _STRAY * pixels_a_mm)
     if matrix is None or not np.isfinite(matrix).all():
-        raise refused("few-marks", "The marks do not lie in a plane: lay the page flat and scan it.", scan.source)
-    off = _projected(np.linalg.inv(matrix), corners) - mm
+        raise make_refusal("few-marks", "The marks do not lie in a plane: lay the page flat and scan it.", scan.source)
+    off = _project_points(np.linalg.inv(matrix), corners) - mm
     near = np.linalg.norm(off, axis=1).reshape(-1, 4).max(axis=1) < _STRAY
     if near.sum() < _LEAST:
-        raise refused(
+        raise make_refusal(
             "few-marks",
             f"Only {near.sum()} marks lie as on a sheet, and {_LEAST} are needed: lay the page flat and "
             "scan the whole of it.",
@@ -207,7 +206,7 @@ def _fit_placement(
         )
     order, corners, mm = order[near], corners[np.repeat(near, 4)], mm[np.repeat(near, 4)]
     to_pixels = np.asarray(cv2.findHomography(mm, corners, 0)[0], dtype=np.float64)
-    off = _projected(np.linalg.inv(to_pixels), corners) - mm
+    off = _project_points(np.linalg.inv(to_pixels), corners) - mm
     # the affine map (2, 3) that takes mm to pixels best
     affine = np.asarray(np.linalg.lstsq(np.column_stack([mm, np.ones(len(mm))]), corners, rcond=None)[0].T)
     # size across and down the page against the true one; stretch: its longest extension over its shortest
@@ -238,7 +237,7 @@ def _spline(mm: Array, off: Array) -> Callable[[Array], Array]:
     return lambda points: np.asarray(spline(np.asarray(points) / _UNIT))
 
 
-def _projected(matrix: NDArray[Any], points: Array) -> Array:
+def _project_points(matrix: NDArray[Any], points: Array) -> Array:
     """Points (n, 2) under a homography (3, 3)."""
     at = np.asarray(points, dtype=np.float64) @ matrix[:, :2].T + matrix[:, 2]
     return np.asarray(at[:, :2] / at[:, 2:])

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout import tiff
-from handout.colour.reading.findings import ScanFinding, ScanRefused, refused
+from handout.colour.reading.findings import ScanFinding, ScanRefused, make_refusal
 from handout.errors import InputError
 from handout.summary import one_line
 
@@ -88,7 +88,7 @@ def _tiff(path: Path) -> Iterator[ChartScan]:
     import tifffile
 
     try:
-        with tiff.opened(path) as file:
+        with tiff.open_tiff(path) as file:
             pages = [page for page in file.pages if isinstance(page, tifffile.TiffPage)]
             whole = [page for page in pages if not page.is_reduced]
             read = [(_tiff_page(page, path), page.photometric, _tiff_dpi(page)) for page in whole]
@@ -177,7 +177,7 @@ def _picture(path: Path) -> ChartScan:
 def _not_rgb(mode: str, source: str) -> ScanRefused:
     what = "The picture has a palette of few colours" if mode[0] == "P" else f"The picture is in {mode}"
     sentence = f"{what}, which cannot show what the scanner saw: scan in RGB colour, 24 or 48 bits, without conversion."
-    return refused("palette" if mode[0] == "P" else "not-rgb", sentence, source)
+    return make_refusal("palette" if mode[0] == "P" else "not-rgb", sentence, source)
 
 
 def _png_depth(path: Path) -> int:

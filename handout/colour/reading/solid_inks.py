@@ -34,8 +34,8 @@ class StrengthBounds:
     one_ink: float = 0.75  # an ink against the weaker of the two others; known printers have 0.9 and more
     all_inks: float = 0.8  # the inks against `_USUAL`, on the mean; known printers have 0.95 and more
     black: float = 1.08  # `Solids.black`; known printers have 1.2 and more
-    least_added: float = 0.7  # mean of `Solids.added`; known printers have 0.77 and more
-    most_added: float = 1.65  # greatest of `Solids.added`; known printers have 1.2
+    least_added: float = 0.7  # mean of `Solids.added_shares`; known printers have 0.77 and more
+    most_added: float = 1.65  # greatest of `Solids.added_shares`; known printers have 1.2
     densest: float = 2.0  # beyond it a scanner sees nothing but its own noise
     of_before: float = 0.8  # an ink against what it was at the last calibration, both against the other inks
     other_tones: float = 0.06  # of the scale, by which the middle tone differs from the last calibration
@@ -61,7 +61,7 @@ class Solids:
         return np.array([self.named["C"][0], self.named["M"][1], self.named["Y"][2]])
 
     @property
-    def added(self) -> list[float]:
+    def added_shares(self) -> list[float]:
         """What each ink adds in its own channel to each other ink, as a share of what it has alone."""
         d = self.named
         return [
@@ -109,7 +109,7 @@ def solids_of(device: Array, scanned: Array) -> Solids | None:
 
 def check_strength(solids: Solids) -> ScanFinding | None:
     """The likeliest single fault in the amount of ink; None if there is none."""
-    added = solids.added
+    added = solids.added_shares
     if max(added) > BOUNDS.most_added:
         return _finding("managed", _MANAGED)
     within = float(np.mean(added))

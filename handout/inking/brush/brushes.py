@@ -13,7 +13,6 @@ from pathlib import Path
 
 import msgspec
 import numpy as np
-from numpy.typing import NDArray
 
 from handout.errors import InputError
 from handout.hand.archive import Archive, Content, pack
@@ -50,7 +49,7 @@ class Brush:
     @cached_property
     def library(self) -> Library:
         """All segments."""
-        return Library.of(self.ribbons)
+        return Library.from_ribbons(self.ribbons)
 
     @cached_property
     def colour(self) -> str:
@@ -62,7 +61,7 @@ class Brush:
     def _sizes(self) -> dict[int, Sized]:
         return {}
 
-    def sized(self, width: float) -> Sized:
+    def fit_width(self, width: float) -> Sized:
         """The segments for a line of so many pixels."""
         new = Sized.fitting(self.library, width)
         return self._sizes.setdefault(new.columns, new)
@@ -72,7 +71,7 @@ class _Ribbon(msgspec.Struct, forbid_unknown_fields=True):
     bend: list[float]
 
 
-class _File(msgspec.Struct, forbid_unknown_fields=True):
+class _BrushFile(msgspec.Struct, forbid_unknown_fields=True):
     format: int
     ribbons: list[_Ribbon]
     width: float = _WIDTH
@@ -111,7 +110,7 @@ def to_bytes(brush: Brush) -> bytes:
     """The brush as the bytes of a file; the same brush gives the same bytes."""
     from PIL import Image
 
-    facts = _File(
+    facts = _BrushFile(
         _FORMAT, [_Ribbon(np.round(each.bend, 4).tolist()) for each in brush.ribbons], brush.width, brush.title,
         brush.notice,
     )  # fmt: skip
@@ -134,7 +133,7 @@ def load(path: Path) -> Brush:
     with Archive(path) as archive:
         if "brush.json" not in archive:
             raise InputError(f"{path} is not a brush; handout brush learn makes one of photographs of strokes.")
-        facts = archive.json("brush.json", _File)
+        facts = archive.json("brush.json", _BrushFile)
         if facts.format != _FORMAT:
             raise InputError(
                 f"{path} is of format {facts.format}, which this program does not know; it knows {_FORMAT}."
@@ -142,19 +141,14 @@ def load(path: Path) -> Brush:
         if not 0 < len(facts.ribbons) <= _MOST_RIBBONS:
             raise InputError(f"{path} cannot be used: it holds {len(facts.ribbons)} strokes, not 1 to {_MOST_RIBBONS}.")
         check_width(facts.width)
-        ribbons = [
-            _check_ribbon(archive.picture(f"{number}.webp", "RGBA", _MOST_PIXELS), each.bend, path)
-            for number, each in enumerate(facts.ribbons)
-        ]
+        ribbons = list[Ribbon]()
+        for number, each in enumerate(facts.ribbons):
+            rgba, count = archive.picture(f"{number}.webp", "RGBA", _MOST_PIXELS), len(each.bend)
+            fits = rgba.shape[1] % max(count, 1) == 0 and 10 * len(rgba) > 8 * SEGMENTS and np.isfinite(each.bend).all()
+            if count < 2 or not fits or not (rgba[..., 3] > 127).any():
+                raise InputError(f"{path} cannot be used: a stroke of it does not fit its segments, or has no ink.")
+            ribbons.append(Ribbon(rgba, np.array(each.bend)))
     return Brush(tuple(ribbons), facts.width, facts.title, facts.notice)
-
-
-def _check_ribbon(rgba: NDArray[np.uint8], bend: list[float], path: Path) -> Ribbon:
-    count = len(bend)
-    fits = count > 1 and rgba.shape[1] % count == 0 and 10 * len(rgba) > 8 * SEGMENTS and np.isfinite(bend).all()
-    if not fits or not (rgba[..., 3] > 127).any():
-        raise InputError(f"{path} cannot be used: a stroke of it does not fit its segments, or has no ink.")
-    return Ribbon(rgba, np.array(bend))
 
 
 def find(name: str) -> Brush:

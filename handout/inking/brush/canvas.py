@@ -44,10 +44,16 @@ def pass_brush(
     chooser = SegmentChooser(brush.library, rng)
     for stroke, curve in zip(drawing.strokes, curves.fit(drawing.strokes), strict=True):
         line, width = way(stroke, curve, pen.width)
-        sized = brush.sized(float(width.mean()) * dpi / 25.4)
+        sized = brush.fit_width(float(width.mean()) * dpi / 25.4)
         pressed = USUAL_PRESSURE if stroke.pressure is None else float(stroke.pressure.mean())
         row = chooser.row(bends(line), pressed - USUAL_PRESSURE)
-        ribbon = _recolour(sized.quilted(row), brush.colour, stroke.colour or pen.colour)
+        ribbon, colour = sized.quilt_segments(row), stroke.colour or pen.colour
+        if (
+            colour != brush.colour
+        ):  # what absorbs as one colour does absorbs as another: its streaks stay darker and lighter
+            other, was = (1 - np.asarray(rgb(each), dtype=np.float32) for each in (colour, brush.colour))
+            absorbed = (ribbon[..., 3:] - ribbon[..., :3]) * (other / np.maximum(was, 0.02))
+            ribbon = np.concatenate([np.maximum(ribbon[..., 3:] - absorbed, 0), ribbon[..., 3:]], axis=-1)
         lay(canvas, ribbon, line * (dpi / 25.4), width * (dpi / 50.8))
     pixels = canvas.reshape(-1, 4)
     for start in range(0, len(pixels), _BAND):
@@ -56,24 +62,21 @@ def pass_brush(
         yield at, np.minimum(1 - (ink[:, 3:] - ink[:, :3]), 1)
 
 
-def _recolour(ink: NDArray[np.float32], own: str, colour: str) -> NDArray[np.float32]:
-    """Premultiplied ink (…, 4) that absorbs as one colour does, as another: its streaks stay darker and lighter."""
-    if colour == own:
-        return ink
-    other, was = (1 - np.asarray(rgb(each), dtype=np.float32) for each in (colour, own))
-    absorbed = (ink[..., 3:] - ink[..., :3]) * (other / np.maximum(was, 0.02))
-    return np.asarray(np.concatenate([np.maximum(ink[..., 3:] - absorbed, 0), ink[..., 3:]], axis=-1))
-
-
 def way(stroke: Stroke, curve: curves.Curve, width: float) -> tuple[Array, Array]:
     """The borders of a stroke's segments, (m + 1, 2) in mm, and the width of the line there, (m + 1,) in mm."""
     from scipy.ndimage import gaussian_filter1d
 
-    wide = _widths(stroke, width)
+    if not stroke.nib > 0 or stroke.rotation is None or len(stroke.xy) < 2:
+        wide = plain.widths(stroke, width, _PRESSED)
+        wide = wide if stroke.width is not None else wide * leaning(stroke, _LEAN)
+    else:  # a flat nib's line is as wide as its direction makes it
+        gone = np.gradient(stroke.xy, axis=0)
+        across = np.abs(np.sin(np.arctan2(gone[:, 1], gone[:, 0]) - stroke.rotation))
+        wide = stroke.nib * np.maximum(across, _FLAT_LEAST)
     usual = max(float(wide.mean()), 1e-3)
     t = np.linspace(stroke.t[0], stroke.t[-1], int(np.clip(_FINE * SEGMENTS * stroke.length / usual, 2, 1 << 16)))
     step = usual / (_FINE * SEGMENTS)
-    line = _evenly(np.column_stack([curve.at(t), np.interp(t, stroke.t, wide)]), step)
+    line = _evenly(np.column_stack([curve.places_at(t), np.interp(t, stroke.t, wide)]), step)
     lacking = usual * (_SHORTEST - 2 * _BEYOND) - step * (len(line) - 1)
     if lacking > 0:
         chord = line[-1, :2] - line[0, :2]
@@ -104,13 +107,3 @@ def _evenly(line: Array, step: float) -> Array:
     keep = np.concatenate([[True], np.diff(along) > 1e-9])
     at = np.linspace(0, along[-1], max(1, round(along[-1] / step)) + 1)
     return np.stack([np.interp(at, along[keep], column[keep]) for column in line.T], axis=1)
-
-
-def _widths(stroke: Stroke, width: float) -> Array:
-    """(n,) mm: of the line at each sample; a flat nib's as its direction makes it."""
-    if not stroke.nib > 0 or stroke.rotation is None or len(stroke.xy) < 2:
-        wide = plain.widths(stroke, width, _PRESSED)
-        return wide if stroke.width is not None else wide * leaning(stroke, _LEAN)
-    step = np.gradient(stroke.xy, axis=0)
-    across = np.abs(np.sin(np.arctan2(step[:, 1], step[:, 0]) - stroke.rotation))
-    return np.asarray(stroke.nib * np.maximum(across, _FLAT_LEAST))

@@ -54,16 +54,16 @@ class Sized:
     @cached_property
     def ribbons(self) -> tuple[_Pixels, ...]:
         """(rows, columns, 4) premultiplied, with `_OVERLAP` segments of nothing before and after each."""
-        return tuple(self._resized(ribbon) for ribbon in self.library.ribbons)
+        return tuple(self._resize_ribbon(ribbon) for ribbon in self.library.ribbons)
 
-    def _resized(self, ribbon: Ribbon) -> _Pixels:
+    def _resize_ribbon(self, ribbon: Ribbon) -> _Pixels:
         import cv2
 
         rows = round(self.columns * SEGMENTS * SPAN)
         shape = (len(ribbon) * self.columns, rows)
         smaller = ribbon.columns > _SMALLER * self.columns
         way = cv2.INTER_AREA if smaller else cv2.INTER_CUBIC
-        ink = cv2.resize(ribbon.premultiplied, shape, interpolation=way)
+        ink = cv2.resize(ribbon.premultiplied_ink, shape, interpolation=way)
         return np.pad(ink, ((0, 0), (_OVERLAP * self.columns,) * 2, (0, 0)))
 
     def hard(self, row: Indices) -> _Pixels:
@@ -79,7 +79,7 @@ class Sized:
         ribbon, place = self.library.ribbon[row], self.library.place[row]
         return np.flatnonzero((np.diff(place) != 1) | (np.diff(ribbon) != 0)) + 1
 
-    def quilted(self, row: Indices) -> _Pixels:
+    def quilt_segments(self, row: Indices) -> _Pixels:
         """(rows, m · columns, 4): the segments with cuts between them that are seen least.
 
         Source: seed 004, §3.4.
@@ -146,7 +146,7 @@ def lay(canvas: NDArray[np.uint8], ribbon: _Pixels, line: Array, half: Array) ->
     turn = _turns(line)
     cuts = _cuts(turn)
     for first, last in zip([0, *cuts], [*cuts, len(line) - 1], strict=True):
-        part = _Part(line, half, first, last)
+        part = _LinePart(line, half, first, last)
         _lay_part(canvas, sharp, _sides(part.line, part.half * SPAN), part)
 
 
@@ -172,7 +172,7 @@ def _cuts(turn: Array) -> list[int]:
     return cuts
 
 
-class _Part:
+class _LinePart:
     """The places first to last of a line, and round past those of its ends that are cuts.
 
     line, half : as of `lay`; offset : number of the first place.
@@ -194,7 +194,7 @@ class _Part:
                 else:
                     self.line, self.half = np.concatenate([self.line, ahead]), np.concatenate([self.half, wide])
 
-    def within(self, u: _Pixels, v: _Pixels) -> NDArray[np.bool_]:
+    def contains(self, u: _Pixels, v: _Pixels) -> NDArray[np.bool_]:
         """Which of some places, along the whole line and −1 to 1 across it, are the part's."""
         inside = np.abs(v) <= 1
         for cut, end, beyond in (
@@ -224,7 +224,7 @@ def _sides(line: Array, reach: Array) -> Array:
     return np.stack([line - normal * left[:, None], line + normal * right[:, None]], axis=1)
 
 
-def _lay_part(canvas: NDArray[np.uint8], ribbon: _Pixels, sides: Array, part: _Part) -> None:
+def _lay_part(canvas: NDArray[np.uint8], ribbon: _Pixels, sides: Array, part: _LinePart) -> None:
     """Lay the quadrilaterals of a part, which does not cross itself, over what is there."""
     import cv2
 
@@ -241,7 +241,7 @@ def _lay_part(canvas: NDArray[np.uint8], ribbon: _Pixels, sides: Array, part: _P
     quad = number.reshape(-1)[at] - 1
     u, v = _places(at, quad, number.shape[1], part.line - low, own, SPAN * part.half)
     u += np.float32(part.offset)
-    inside = part.within(u, v)
+    inside = part.contains(u, v)
     at, u, v = at[inside], u[inside], v[inside]
     if not len(at):
         return
@@ -295,7 +295,7 @@ def _places(
     return u + quad.astype(np.float32), v
 
 
-def spread(line: Array, pieces: int) -> Array:
+def spread_places(line: Array, pieces: int) -> Array:
     """(pieces + 1, 2): places at even distances along a line (n, 2)."""
     along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
     at = np.linspace(0, along[-1], pieces + 1)

@@ -194,7 +194,7 @@ def _bodies(dark: _Pixels, source: str, scale: float) -> tuple[_Mask, _Mask, flo
     return np.asarray(opened, dtype=bool), ink, half
 
 
-class _Line(NamedTuple):
+class _RuledLine(NamedTuple):
     """A thin line, nearly level, or nearly upright (then x and y are exchanged): y = at + slope · x, pixels."""
 
     upright: bool
@@ -205,7 +205,7 @@ class _Line(NamedTuple):
     wide: float
 
 
-def _lines(dark: _Pixels, bodies: _Mask, half: float) -> list[_Line]:
+def _lines(dark: _Pixels, bodies: _Mask, half: float) -> list[_RuledLine]:
     """The lines of frames in a coarse picture."""
     import cv2
 
@@ -214,7 +214,7 @@ def _lines(dark: _Pixels, bodies: _Mask, half: float) -> list[_Line]:
     marks = cv2.dilate(((dark > _CONTRAST / 2) & ~near).astype(np.uint8), np.ones((3, 3), np.uint8))
     thick = max(6, round(_THICK * half))
     thin = cv2.subtract(marks, cv2.morphologyEx(marks, cv2.MORPH_OPEN, np.ones((thick, thick), np.uint8)))
-    lines = list[_Line]()
+    lines = list[_RuledLine]()
     for upright in (False, True):
         ink, found = (np.ascontiguousarray(each.T) if upright else each for each in (dark, thin))
         runs = cv2.morphologyEx(found, cv2.MORPH_OPEN, np.ones((2, max(5, round(1.6 * half))), np.uint8))
@@ -227,11 +227,11 @@ def _lines(dark: _Pixels, bodies: _Mask, half: float) -> list[_Line]:
             if len(at) > 2:
                 slope, start = np.polyfit(at + x.min(), middle[at], 1)
                 wide = float(np.median(weight[at])) / float(np.percentile(ink[y, x], 90))
-                lines.append(_Line(upright, float(start), float(slope), int(x.min()), int(x.max()), wide))
+                lines.append(_RuledLine(upright, float(start), float(slope), int(x.min()), int(x.max()), wide))
     return lines
 
 
-def _frames(dark: _Pixels, lines: Sequence[_Line], scale: float, reach: float) -> _Mask:
+def _frames(dark: _Pixels, lines: Sequence[_RuledLine], scale: float, reach: float) -> _Mask:
     """What of a picture `scale` times as coarse as `lines` is theirs, up to `reach` beyond where they stand out."""
     gone = np.zeros(dark.shape, dtype=bool)
     for line in lines:
@@ -273,7 +273,11 @@ def _stroke(
     near = np.asarray(cv2.dilate(body.astype(np.uint8), _disc(0.45 * width))) > cv2.dilate(others, _disc(0.1 * width))
     own = cv2.resize(near.astype(np.uint8), light.shape[1::-1], interpolation=cv2.INTER_LINEAR)[window] > 0
     part = light[window]
-    density = _density(part, cv2.resize(body.astype(np.uint8), light.shape[1::-1])[window] > 0)
+    # how far each pixel is from paper towards the colour of the stroke's solid ink, 0–1
+    inked = (1 - part)[cv2.resize(body.astype(np.uint8), light.shape[1::-1])[window] > 0]
+    axis = np.median(inked[inked.max(axis=1) >= np.percentile(inked.max(axis=1), 70)], axis=0)
+    depth = (1 - part) @ (axis / max(float(axis @ axis), 1e-6))
+    density = np.asarray(np.clip((depth - _CLEAR) / (_SOLID - _CLEAR), 0, 1), dtype=np.float32)
     beside = cv2.dilate(body.astype(np.uint8), _disc(_BY * width))
     by = np.asarray(cv2.resize(beside, light.shape[1::-1], interpolation=cv2.INTER_NEAREST)[window] > 0)
     density = _drop_marks(np.where(own & ~clear[window], density, 0), by, width / scale)
@@ -292,16 +296,6 @@ def _drop_marks(density: _Pixels, by: _Mask, width: float) -> _Pixels:
     gone = (sides[:, 0] < _THIN[0]) & (sides[:, 1] > _THIN[1]) | (np.bincount(labels[by], minlength=count) == 0)
     gone[0] = False
     return np.where(gone[labels], np.float32(0), density)
-
-
-def _density(light: _Pixels, body: _Mask) -> _Pixels:
-    """(h, w): how far each pixel is from paper towards the colour of the stroke's solid ink, 0–1."""
-    taken = 1 - light
-    dark = taken[body]
-    deep = dark[dark.max(axis=1) >= np.percentile(dark.max(axis=1), 70)]
-    axis = np.median(deep, axis=0)
-    depth = taken @ (axis / max(float(axis @ axis), 1e-6))
-    return np.asarray(np.clip((depth - _CLEAR) / (_SOLID - _CLEAR), 0, 1), dtype=np.float32)
 
 
 def _longest_way(body: _Mask) -> Array | str:

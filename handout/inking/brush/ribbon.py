@@ -55,7 +55,7 @@ class Ribbon:
         return int(self.rgba.shape[1] // len(self.bend))
 
     @cached_property
-    def premultiplied(self) -> _Pixels:
+    def premultiplied_ink(self) -> _Pixels:
         """(rows, columns, 4) float32, 0–1."""
         ink = self.rgba.astype(np.float32) / np.float32(255)
         ink[..., :3] *= ink[..., 3:]
@@ -67,7 +67,7 @@ class Ribbon:
         import cv2
 
         step = self.columns
-        padded = np.pad(self.premultiplied, ((0, 0), (1, 1), (0, 0)))
+        padded = np.pad(self.premultiplied_ink, ((0, 0), (1, 1), (0, 0)))
         at = np.arange(len(self) + 1) * step
         lines = (padded[:, at] + padded[:, at + 1]) / 2
         small = cv2.resize(np.ascontiguousarray(lines), (len(at), ROWS), interpolation=cv2.INTER_AREA)
@@ -94,7 +94,7 @@ class Ribbon:
         alpha = np.pad(self.rgba[..., 3] / np.float32(255), ((0, 0), (step // 2, step)))
         return _edges(alpha[:, : (len(self) + 1) * step].reshape(len(alpha), len(self) + 1, step).mean(axis=2)) * SPAN
 
-    def mirrored(self) -> Ribbon:
+    def mirror(self) -> Ribbon:
         """The same stroke with its sides exchanged."""
         return Ribbon(np.ascontiguousarray(self.rgba[::-1]), -self.bend)
 

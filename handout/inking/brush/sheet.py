@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from handout.inking import pens
 from handout.inking.brush.brushes import Brush
-from handout.inking.brush.painting import lay, spread
+from handout.inking.brush.painting import lay, spread_places
 from handout.inking.brush.ribbon import SEGMENTS, SPAN
 from handout.inking.pen import Pen
 from handout.values import Array, Drawing, Page, Stroke
@@ -35,9 +35,9 @@ def show(brush: Brush, name: str, rng: np.random.Generator) -> NDArray[np.uint8]
     drawing = Drawing(tuple(_samples(top)), page)
     picture = pens.image(drawing, DPI, Pen(_LINE, brush.colour, name), rng)
     canvas = np.zeros((*picture.shape[:2], 4), dtype=np.uint8)
-    sized, scale, first = brush.sized(_LINE * DPI / 25.4), DPI / 25.4, 0
+    sized, scale, first = brush.fit_width(_LINE * DPI / 25.4), DPI / 25.4, 0
     for ribbon, start, length in zip(brush.ribbons, starts, lengths, strict=True):
-        line = spread(np.array([start, start + np.array([length, 0])]) * scale, len(ribbon))
+        line = spread_places(np.array([start, start + np.array([length, 0])]) * scale, len(ribbon))
         row = np.arange(first, first + len(ribbon))
         lay(canvas, sized.hard(row), line, np.full(len(line), _LINE / 2 * scale))
         first += 2 * len(ribbon)  # its mirror image follows each

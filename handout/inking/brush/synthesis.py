@@ -105,9 +105,9 @@ class Library:
     ribbons: tuple[Ribbon, ...]
 
     @classmethod
-    def of(cls, ribbons: Sequence[Ribbon]) -> Library:
+    def from_ribbons(cls, ribbons: Sequence[Ribbon]) -> Library:
         """The library of some ribbons."""
-        return cls(tuple(each for ribbon in ribbons for each in (ribbon, ribbon.mirrored())))
+        return cls(tuple(each for ribbon in ribbons for each in (ribbon, ribbon.mirror())))
 
     @cached_property
     def ribbon(self) -> Indices:
@@ -120,28 +120,28 @@ class Library:
         return np.concatenate([np.arange(len(each)) for each in self.ribbons])
 
     @cached_property
-    def same(self) -> Indices:
+    def segment_numbers(self) -> Indices:
         """(n,): one number for a segment and its mirror image."""
         start = np.cumsum([0] + [len(each) for each in self.ribbons[::2]])
         return np.asarray(start[self.ribbon // 2] + self.place)
 
-    def _all(self, name: str) -> Array:
+    def _gather_all(self, name: str) -> Array:
         return np.concatenate([getattr(each, name) for each in self.ribbons])
 
     @cached_property
     def cover(self) -> Array:
         """(n,): of each segment, as its ribbon has it."""
-        return self._all("cover")
+        return self._gather_all("cover")
 
     @cached_property
     def streaks(self) -> Array:
         """(n,): of each segment, as its ribbon has them."""
-        return self._all("streaks")
+        return self._gather_all("streaks")
 
     @cached_property
     def _features(self) -> tuple[Array, Array, Array]:
         """Bend, cover and streaks (n,)."""
-        return self._all("bend"), self.cover, self.streaks
+        return self._gather_all("bend"), self.cover, self.streaks
 
     @cached_property
     def _scales(self) -> tuple[float, float, float]:
@@ -179,20 +179,20 @@ class Library:
         return np.asarray(_COLOUR * ends / max(float(ends.mean()), 1e-6))
 
     @cached_property
-    def _alike(self) -> tuple[Array, Array]:
+    def _counts_alike(self) -> tuple[Array, Array]:
         """(n,) each: how many segments are like each, in the library and in its own ribbon; mirror images left out."""
         feature = np.stack([self.cover / _ALIKE[0], self.streaks / _ALIKE[1]])
         apart = np.hypot(*(feature[:, :, None] - feature[:, None, :]))
         own = self.ribbon[:, None] == self.ribbon
         return (apart < 1).sum(axis=1) / 2, ((apart < 1) & own).sum(axis=1)
 
-    def followed(self, count: int) -> Array:
+    def rate_guides(self, count: int) -> Array:
         """(ribbons,) in 0–1: how well each can guide a stroke of so many segments without repeating what is rare.
 
         What a guide has of a kind is asked for as often as it is stretched, but comes again after `_SEEN` segments.
         """
         length = np.array([len(each) for each in self.ribbons])
-        have, own = self._alike
+        have, own = self._counts_alike
         share = np.minimum(1, have / np.minimum(_SEEN, own * count / length[self.ribbon]))
         return np.asarray(np.bincount(self.ribbon, share) / length)
 
@@ -236,7 +236,7 @@ class Library:
         """(m,): the segments of a stroke: the cheapest, among which what came lately costs more, or by two passes."""
         if method == "two-pass":
             return two_pass(costs, self.borders)
-        walk = _Walk(self.borders.astype(np.float32), self.same)
+        walk = _Walk(self.borders.astype(np.float32), self.segment_numbers)
         return np.array(viterbi(list(costs.astype(np.float32)), [walk] * (len(costs) - 1)), dtype=np.intp)
 
 
@@ -245,7 +245,7 @@ class SegmentChooser:
 
     def __init__(self, library: Library, rng: np.random.Generator) -> None:
         self._library, self._rng = library, rng
-        self._used = np.full(int(library.same.max()) + 1, -float(_FORGOTTEN))
+        self._used = np.full(int(library.segment_numbers.max()) + 1, -float(_FORGOTTEN))
         self._painted, self._guided = 0, np.zeros(len(library.ribbons))
 
     def row(self, bend: Array, pressed: float = 0.0) -> Indices:
@@ -258,16 +258,16 @@ class SegmentChooser:
         near = np.exp(-_LENGTH * np.abs(np.log(len(bend) / lengths)) - self._guided)
         targets = [library.target(bend, guide) for guide in library.ribbons]
         cover = np.array([each.cover.mean() for each in targets])
-        near *= cover ** ((_WET / len(bend)) ** 2 + _PRESSED * pressed) * library.followed(len(bend)) ** _STRICT
+        near *= cover ** ((_WET / len(bend)) ** 2 + _PRESSED * pressed) * library.rate_guides(len(bend)) ** _STRICT
         near += _ANY * near.max() + np.finfo(np.float64).tiny  # if none can be followed, each is as good
         guide = int(rng.choice(len(lengths), p=near / near.sum()))
         self._guided *= _FADING
         self._guided[[guide, guide ^ 1]] += 1
         costs = library.costs(targets[guide])
         costs += _CHANCE * rng.gumbel(size=costs.shape)
-        costs += fading_cost(self._painted - self._used, _LATELY, _FORGOTTEN)[library.same]
+        costs += fading_cost(self._painted - self._used, _LATELY, _FORGOTTEN)[library.segment_numbers]
         row = library.row(costs)
-        self._used[library.same[row]] = self._painted + np.arange(len(row))
+        self._used[library.segment_numbers[row]] = self._painted + np.arange(len(row))
         self._painted += len(row)
         return row
 
@@ -286,7 +286,7 @@ def two_pass(costs: Array, borders: Array) -> Indices:
     return np.array(row, dtype=np.intp)
 
 
-def repeated(same: Indices) -> Indices:
+def count_since_same(same: Indices) -> Indices:
     """(m,): how many places before each of a row the same came last; more than any where it never did."""
     last, age = dict[int, int](), np.full(len(same), np.iinfo(np.intp).max)
     for at, one in enumerate(same.tolist()):

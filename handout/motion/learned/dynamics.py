@@ -84,7 +84,7 @@ class DynamicsModel:
     def state_after(self, example: MovementSequence) -> State:
         """What the network remembers after an example: its style primes what follows.  Source: seed 002, §4.1."""
         example = sequences.cut_off(example)
-        self._run(example, lambda i, _: (float(example.dt[i]), float(example.theta[i])), None)
+        self._run_network(example, lambda i, _: (float(example.dt[i]), float(example.theta[i])), None)
         return self.runner.state
 
     def predict(
@@ -104,34 +104,34 @@ class DynamicsModel:
         chances, normals = rng.random(len(sequence.up)).tolist(), rng.standard_normal((len(sequence.up), 2)).tolist()
         mean, spread = self.told_mean.tolist(), self.told_spread.tolist()
 
-        def chosen(i: int, raw: list[float]) -> tuple[float, float]:
+        def draw_dynamics(i: int, raw: list[float]) -> tuple[float, float]:
             first, second = mixture.draw(raw, temperature, chances[i], normals[i])
-            return sequences.bounded(mean[0] + spread[0] * first, mean[1] + spread[1] * second)
+            return sequences.bound_dynamics(mean[0] + spread[0] * first, mean[1] + spread[1] * second)
 
-        told = self._run(sequence, chosen, state)
+        told = self._run_network(sequence, draw_dynamics, state)
         return replace(sequence, dt=np.where(sequence.starts, 0.0, told[:, 0]), theta=told[:, 1])
 
-    def expected(self, sequence: MovementSequence) -> Array:
+    def predict_means(self, sequence: MovementSequence) -> Array:
         """(m − 1, 2): means of Δt and θ of every way, each given what the dynamics before it really were."""
         found = np.zeros((len(sequence.up), 2))
 
-        def known(i: int, raw: list[float]) -> tuple[float, float]:
+        def take_known(i: int, raw: list[float]) -> tuple[float, float]:
             k = self.gaussians
             share = np.exp(np.array(raw[:k]) - max(raw[:k]))
             found[i] = (np.array(raw[k : 3 * k]).reshape(2, k) @ (share / share.sum())).tolist()
             return float(sequence.dt[i]), float(sequence.theta[i])
 
-        self._run(sequence, known, None)
+        self._run_network(sequence, take_known, None)
         return found * self.told_spread + self.told_mean
 
-    def _run(
+    def _run_network(
         self,
         sequence: MovementSequence,
         choose: Callable[[int, list[float]], tuple[float, float]],
         state: State | None,
     ) -> Array:
         """(m − 1, 2): the dynamics that `choose` takes of the network's numbers for each way; 0 in the air."""
-        told = sequences.features(*sequences.framed(sequence), self.inputs, np.array(sequence.unit))
+        told = sequences.features(*sequences.frame_sequence(sequence), self.inputs, np.array(sequence.unit))
         rows = ((told - self.mean) / self.spread).astype(np.float32)
         columns, runner = sequences.history(self.inputs), self.runner
         runner.state = state if state is not None else tuple(np.zeros_like(part) for part in runner.state)
@@ -171,7 +171,7 @@ def learn(
     seen = training.windows(examples, recipe.length)
     size, on_paper = SIZES[recipe.size], seen.paper > 0
     told = sequences.features(seen.targets, seen.up, seen.there, inputs, np.ones(len(seen.dt)))[seen.there[:, 1:-1] > 0]
-    columns = sequences.measured(inputs)
+    columns = sequences.list_standardised(inputs)
     mean, spread = np.zeros(told.shape[1], np.float32), np.ones(told.shape[1], np.float32)
     mean[columns], spread[columns] = told[:, columns].mean(axis=0), np.maximum(told[:, columns].std(axis=0), _STILL)
     past = sequences.history(inputs)

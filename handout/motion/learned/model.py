@@ -17,7 +17,7 @@ from handout.motion.reconstruction import LognormalPlan, from_shape
 from handout.motion.reconstruction.key_points import extent
 from handout.motion.reconstruction.shape_fit import DURATION
 from handout.motion.styles.targets import letter_height
-from handout.progress import Tell, silent, within
+from handout.progress import Tell, narrow_reports, silent
 from handout.units import count
 from handout.values import Array, Drawing
 
@@ -116,7 +116,7 @@ def learn(
     sequences_of: dict[str, list[MovementSequence]] = {}
     for name, drawings in examples.items():
         for drawing in drawings:
-            part = within(tell, _FITTED * done / total, _FITTED * (done + len(drawing.strokes)) / total)
+            part = narrow_reports(tell, _FITTED * done / total, _FITTED * (done + len(drawing.strokes)) / total)
             plans = taken_apart(drawing, letter_height(drawing), part)
             done += len(drawing.strokes)
             paces += _paces(drawing, plans)
@@ -130,8 +130,10 @@ def learn(
     strung = [sequences.join_sequences(each) for each in sequences_of.values()]
     recipe = replace(SEVERAL_STYLES if several else recipe_for(strung), size=lesson.size)
     recipe = lesson.recipe or recipe
-    moves = dynamics.learn(strung, rng, recipe, lesson.inputs, within(tell, _FITTED, 0.8 if lesson.structure else 1.0))
-    forms = structure.learn(strung, rng, recipe, within(tell, 0.8, 1.0)) if lesson.structure else None
+    moves = dynamics.learn(
+        strung, rng, recipe, lesson.inputs, narrow_reports(tell, _FITTED, 0.8 if lesson.structure else 1.0)
+    )
+    forms = structure.learn(strung, rng, recipe, narrow_reports(tell, 0.8, 1.0)) if lesson.structure else None
     pace = float(np.clip(np.median(paces), _FASTEST, _SLOWEST)) if paces else DURATION
     return LearnedModel(LearnedMovement(moves, forms, _choose_primers(sequences_of)), pace, strokes)
 

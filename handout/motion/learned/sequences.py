@@ -62,7 +62,7 @@ class MovementSequence:
         return np.asarray(~self.up & np.concatenate([[True], self.up[:-1]]))
 
     @property
-    def there(self) -> Bools:
+    def ways_there(self) -> Bools:
         """(m − 1,): which ways there are; one in the air of no length parts examples that are strung together."""
         return np.asarray(~self.up | np.diff(self.targets, axis=0).any(axis=1))
 
@@ -123,7 +123,7 @@ def columns(inputs: Inputs) -> int:
     return _COLUMNS[inputs]
 
 
-def measured(inputs: Inputs) -> list[int]:
+def list_standardised(inputs: Inputs) -> list[int]:
     """Those of the columns that are standardised."""
     return list(_MEASURED[inputs])
 
@@ -168,11 +168,11 @@ def features(targets: Array, up: Array, there: Array, inputs: Inputs, unit: Arra
     return np.stack([*here, none, none, *ahead], axis=-1)
 
 
-def framed(sequence: MovementSequence) -> tuple[Array, Array, Array]:
+def frame_sequence(sequence: MovementSequence) -> tuple[Array, Array, Array]:
     """Targets, up and there of all ways of a sequence, as `features` takes them."""
     targets = np.concatenate([sequence.targets[:1], sequence.targets, sequence.targets[-1:]])
     up = np.concatenate([[1.0], sequence.up.astype(np.float64), [1.0]])
-    return targets, up, np.concatenate([[0.0], sequence.there.astype(np.float64), [0.0]])
+    return targets, up, np.concatenate([[0.0], sequence.ways_there.astype(np.float64), [0.0]])
 
 
 def cut_off(sequence: MovementSequence) -> MovementSequence:
@@ -182,6 +182,6 @@ def cut_off(sequence: MovementSequence) -> MovementSequence:
     return MovementSequence(targets, up, dt, theta)
 
 
-def bounded(dt: float, theta: float) -> tuple[float, float]:
+def bound_dynamics(dt: float, theta: float) -> tuple[float, float]:
     """Dynamics that a stroke can have."""
     return min(max(dt, LEAST_DT), MOST_DT), min(max(theta, -MOST_BENT), MOST_BENT)

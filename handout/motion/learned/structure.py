@@ -81,7 +81,7 @@ class StructureModel:
         if example is not None:
             way = np.diff(sequences.cut_off(example).targets, axis=0) / (example.unit * self.spread)
             cut = sequences.cut_off(example)
-            for row in _input_rows(way, cut.up.astype(np.float64), cut.there.astype(np.float64)):
+            for row in _input_rows(way, cut.up.astype(np.float64), cut.ways_there.astype(np.float64)):
                 raw = self.runner.step(row.astype(np.float32))
         ways, up = [], []
         most = self.longest if example is None else longest([example])
@@ -89,35 +89,29 @@ class StructureModel:
             numbers = raw.tolist()
             normals = rng.standard_normal(2).tolist()
             step = mixture.draw(numbers[:_LIFTED], temperature, float(rng.random()), (normals[0], normals[1]))
-            lifted, last = (float(rng.random()) < _chance(numbers[k] / temperature) for k in (_LIFTED, _LAST))
+            chances = (0.5 * math.tanh(0.5 * (numbers[k] / temperature)) + 0.5 for k in (_LIFTED, _LAST))
+            lifted, last = (float(rng.random()) < chance for chance in chances)
             ways.append(step)
             up.append(lifted)
             if last and len(ways) >= least:
                 break
             raw = self.runner.step(np.array([*step, float(lifted)], np.float32))
-        return _end_sequence(np.array(ways) * self.spread, np.array(up))
+        # a last way in the air leads nowhere
+        in_air = np.array(up)
+        kept = int(np.flatnonzero(~in_air)[-1]) + 1 if (~in_air).any() else 0
+        targets = np.concatenate([np.zeros((1, 2)), np.cumsum((np.array(ways) * self.spread)[:kept], axis=0)])
+        return MovementSequence(targets, in_air[:kept], np.zeros(kept), np.zeros(kept))
 
 
 def longest(examples: Sequence[MovementSequence]) -> int:
     """Ways of the longest of examples that are strung together."""
-    bounds = [np.flatnonzero(np.concatenate([[True], ~example.there, [True]])) for example in examples]
+    bounds = [np.flatnonzero(np.concatenate([[True], ~example.ways_there, [True]])) for example in examples]
     return int(max(np.diff(each).max() for each in bounds)) - 1
 
 
 def _input_rows(way: Array, up: Array, there: Array) -> Array:
     """Inputs (…, 3) of the way before: nothing, as if in the air, where there is none."""
     return np.concatenate([way * there[..., None], np.where(there > 0, up, 1.0)[..., None]], axis=-1)
-
-
-def _chance(logit: float) -> float:
-    return 0.5 * math.tanh(0.5 * logit) + 0.5
-
-
-def _end_sequence(ways: Array, up: sequences.Bools) -> MovementSequence:
-    """The sequence of ways; a last one in the air leads nowhere."""
-    kept = int(np.flatnonzero(~up)[-1]) + 1 if (~up).any() else 0
-    targets = np.concatenate([np.zeros((1, 2)), np.cumsum(ways[:kept], axis=0)])
-    return MovementSequence(targets, up[:kept], np.zeros(kept), np.zeros(kept))
 
 
 def learn(

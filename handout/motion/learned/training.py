@@ -127,11 +127,11 @@ class Windows:
     paper: Array
     reach: Array
 
-    def chosen(self, rows: Indices) -> Windows:
+    def take_rows(self, rows: Indices) -> Windows:
         """Some of them."""
         return Windows(*(getattr(self, name)[rows] for name in self.__dataclass_fields__))
 
-    def varied(self, variation: PlanVariation, rng: np.random.Generator) -> Windows:
+    def vary_plans(self, variation: PlanVariation, rng: np.random.Generator) -> Windows:
         """All of them as `vary` would change them."""
         shift = variation.target * self.reach[..., None] * rng.standard_normal(self.targets.shape)
         # the target before the first way and the one after the last may be copies, whose ways are not there
@@ -172,7 +172,7 @@ def _window(sequence: MovementSequence, reach: Array, unit: float, start: int, l
     dt, theta = np.where(inside, sequence.dt[near], 0.0)[:-1], np.where(inside, sequence.theta[near], 0.0)[:-1]
     paper = (own & ~sequence.up[near])[1:-1].astype(np.float64)
     first = (sequence.starts[near])[1:-1].astype(np.float64)
-    there = (inside & sequence.there[near]).astype(np.float64)
+    there = (inside & sequence.ways_there[near]).astype(np.float64)
     return sequence.targets[at] / unit, up, there, dt, theta, first, paper, reach[at]
 
 
@@ -200,7 +200,7 @@ def train(
         if len(left) < recipe.batch:
             left = np.concatenate([left, *(rng.permutation(count) for _ in range(-(-recipe.batch // count)))])
         rows, left = left[: recipe.batch], left[recipe.batch :]
-        inputs, measure = criterion.batch(seen.chosen(rows).varied(recipe.variation, rng))
+        inputs, measure = criterion.batch(seen.take_rows(rows).vary_plans(recipe.variation, rng))
         outputs, passes = recurrent.forward(parameters, inputs, share, rng)
         _, slopes = measure(outputs)
         gradients = recurrent.backward(parameters, passes, slopes)

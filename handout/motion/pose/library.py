@@ -75,17 +75,17 @@ class PoseLibrary:
         object.__setattr__(self, "channels", {name: readonly(v, len(self.xy)) for name, v in self.channels.items()})
 
     @cached_property
-    def first(self) -> Indices:
+    def first_samples(self) -> Indices:
         """(s,) int: the first sample of each stroke."""
         return np.asarray(np.cumsum(self.lengths) - self.lengths)
 
     @cached_property
     def place(self) -> Indices:
         """(n,) int: how many samples of its stroke lie before each."""
-        return np.arange(len(self.xy)) - np.repeat(self.first, self.lengths)
+        return np.arange(len(self.xy)) - np.repeat(self.first_samples, self.lengths)
 
     @cached_property
-    def left(self) -> Indices:
+    def samples_left(self) -> Indices:
         """(n,) int: how many samples of its stroke follow each."""
         return np.repeat(self.lengths, self.lengths) - 1 - self.place
 
@@ -101,10 +101,10 @@ class PoseLibrary:
 
     def strokes(self) -> list[tuple[Array, dict[str, Array]]]:
         """Each stroke: places (m, 2) in hand units, and its channels."""
-        parts = [slice(a, a + m) for a, m in zip(self.first.tolist(), self.lengths.tolist(), strict=True)]
+        parts = [slice(a, a + m) for a, m in zip(self.first_samples.tolist(), self.lengths.tolist(), strict=True)]
         return [(self.xy[p], {name: values[p] for name, values in self.channels.items()}) for p in parts]
 
-    def chosen(self, strokes: Sequence[int]) -> PoseLibrary:
+    def choose_strokes(self, strokes: Sequence[int]) -> PoseLibrary:
         """The library of some of its strokes, by their numbers."""
         parts = self.strokes()
         return join_strokes([parts[number] for number in strokes], self)
@@ -183,7 +183,11 @@ def learn(drawings: Sequence[Drawing], title: str = "", notices: Sequence[str] =
     if not recorded:
         raise InputError("These recordings hold no stroke: there is nothing to learn.")
     names, notes = _measured_channels([stroke for stroke, _ in recorded])
-    once = {_content(stroke): (stroke, unit) for stroke, unit in reversed(recorded)}
+    # two recordings of one movement share their places, wherever they lie on the page
+    once = {
+        bytes(np.rint((stroke.xy - stroke.xy[0]) * 1e3).astype(np.int64)): (stroke, unit)
+        for stroke, unit in reversed(recorded)
+    }
     kept = [(s, unit) for s, unit in reversed(once.values()) if all(getattr(s, name) is not None for name in names)]
     if len(once) < len(recorded):
         notes.append(f"{count(len(recorded) - len(once), 'stroke')} recorded twice: kept once.")
@@ -214,11 +218,6 @@ def _measured_channels(strokes: Sequence[Stroke]) -> tuple[list[str], list[str]]
         said = " ".join(notes) or "They have neither pressure nor tilt, azimuth or rotation."
         raise InputError(f"There is no pose to learn from these recordings. {said}")
     return names, notes
-
-
-def _content(stroke: Stroke) -> bytes:
-    """What two recordings of one movement share, wherever they lie on the page."""
-    return bytes(np.rint((stroke.xy - stroke.xy[0]) * 1e3).astype(np.int64))
 
 
 def _sample_stroke(stroke: Stroke, unit: float, names: Sequence[str]) -> tuple[Array, dict[str, Array]]:

@@ -78,16 +78,16 @@ class PoseModel:
     @cached_property
     def _axes(self) -> Features:
         """(d, d): the features' principal axes, along which a tree is searched faster; distances stay as they are."""
-        raw = self._all().astype(np.float64)
+        raw = self._compute_features().astype(np.float64)
         raw -= raw.mean(axis=0)
         return np.asarray(np.linalg.eigh(raw.T @ raw)[1], np.float32)
 
-    def _all(self) -> Features:
+    def _compute_features(self) -> Features:
         return np.concatenate([FEATURES[self.features](xy) for xy, _ in self.library.strokes()])
 
     @cached_property
     def _tree(self) -> cKDTree:
-        return cKDTree(self._all() @ self._axes)
+        return cKDTree(self._compute_features() @ self._axes)
 
     @cached_property
     def directions(self) -> Array:
@@ -108,13 +108,13 @@ class PoseModel:
 
     def pose(self, xy: Array, method: str = "optimal") -> Array:
         """(n, c): the pose, as a point (`library.embed_channels`), along a stroke (n, 2) in hand units."""
-        return self._made(xy, self.library.pose, method)
+        return self._apply_method(xy, self.library.pose, method)
 
     def movement(self, xy: Array, method: str = "optimal") -> Array:
         """(n, 2): velocities, hand units a sample, in the library's manner along a stroke (n, 2) in hand units."""
-        return self._made(xy, self.steps, method, turning=True)
+        return self._apply_method(xy, self.steps, method, turning=True)
 
-    def _made(self, xy: Array, values: Array, method: str, *, turning: bool = False) -> Array:
+    def _apply_method(self, xy: Array, values: Array, method: str, *, turning: bool = False) -> Array:
         """(n, c): of the library's `values` (m, c), what a method makes of those of the neighbours."""
         if method not in POSE_METHODS:
             raise InputError(f"method: {method!r} is unknown; use {', '.join(POSE_METHODS)}.")
@@ -135,8 +135,8 @@ class PoseModel:
         library, costs = self.library, self.costs
         own = costs.feature * near.distance
         own[0] += costs.end * library.place[near.number[0]]
-        own[-1] += costs.end * library.left[near.number[-1]]
-        number = near.number + _APART * np.searchsorted(library.first, near.number, side="right")
+        own[-1] += costs.end * library.samples_left[near.number[-1]]
+        number = near.number + _APART * np.searchsorted(library.first_samples, near.number, side="right")
         lacking = costs.least - np.arange(1, costs.least + 1)
         short = np.where(lacking > 0, (costs.short + lacking) ** 2, 0.0)
         # for directions 1 − cos, which is half the square of the distance of their unit vectors
@@ -230,7 +230,7 @@ def blend_segments(sequence: Indices, values: Array, library: PoseLibrary) -> Ar
     parts = segments(sequence, library)
     for part in parts:
         head = min(_BLEND, part.start, int(library.place[sequence[part.start]]))
-        tail = min(_BLEND, len(sequence) - part.stop, int(library.left[sequence[part.stop - 1]]))
+        tail = min(_BLEND, len(sequence) - part.stop, int(library.samples_left[sequence[part.stop - 1]]))
         before = sequence[part.start] - np.arange(head, 0, -1)
         after = sequence[part.stop - 1] + np.arange(1, tail + 1)
         of = np.concatenate([before, sequence[part], after])

@@ -48,19 +48,15 @@ def find(xy: Array, *, cusps: bool = True) -> KeyPoints:
     turns = turns[(turns > edge) & (turns < len(xy) - edge)]
     if not cusps:
         return KeyPoints(np.concatenate([[0], turns, [len(xy) - 1]]).astype(np.intp), turning)
-    more = [cusp for cusp in _cusps(xy) if not (np.abs(turns - cusp) <= 8).any() and 3 < cusp < len(xy) - 4]
+    more = list[int]()
+    if len(xy) >= 3 * _NEAR:  # samples at which the chords before and after differ in direction by more than `_CUSP`
+        chord = (xy[_NEAR:] - xy[:-_NEAR]) @ np.array([1.0, 1j])
+        turn = 1 - np.cos(np.angle(chord[_NEAR:] * np.conj(chord[:-_NEAR])))
+        sharp = peaks(turn, prominence=0.0, apart=8)
+        sharp = sharp[turn[sharp] >= 1 - np.cos(_CUSP)] + _NEAR
+        more = [cusp for cusp in sharp if not (np.abs(turns - cusp) <= 8).any() and 3 < cusp < len(xy) - 4]
     index = np.unique(np.concatenate([[0], turns, more, [len(xy) - 1]])).astype(np.intp)
     return KeyPoints(_cut_where_bent(xy, index), turning)
-
-
-def _cusps(xy: Array) -> Index:
-    """Samples at which the chords before and after differ in direction by more than `_CUSP`."""
-    if len(xy) < 3 * _NEAR:
-        return np.zeros(0, dtype=np.intp)
-    chord = (xy[_NEAR:] - xy[:-_NEAR]) @ np.array([1.0, 1j])
-    turn = 1 - np.cos(np.angle(chord[_NEAR:] * np.conj(chord[:-_NEAR])))
-    cusps = peaks(turn, prominence=0.0, apart=8)
-    return np.asarray(cusps[turn[cusps] >= 1 - np.cos(_CUSP)] + _NEAR)
 
 
 def _cut_where_bent(xy: Array, index: Index) -> Index:

@@ -68,7 +68,7 @@ class LognormalPlan:
         """(m − 1,) complex, mm: displacement of each stroke."""
         return np.asarray(np.diff(self.targets @ np.array([1.0, 1j])))
 
-    def at(self, t: ArrayLike) -> Array:
+    def position_at(self, t: ArrayLike) -> Array:
         """(n, 2) float, mm: where the pen is at times t (n,), s."""
         if self.strokes == 0:
             return np.repeat(self.targets, len(np.atleast_1d(t)), axis=0)

@@ -93,24 +93,24 @@ def _fit_timed(stroke: Stroke) -> PlannedStroke:
     place = np.column_stack([recording.place.real, recording.place.imag])
     velocity = np.column_stack([recording.velocity.real, recording.velocity.imag])
     speed = snr(velocity, plan.velocity(recording.t), about_mean=False)
-    return PlannedStroke(plan, snr(place, plan.at(recording.t)), speed, stroke.word)
+    return PlannedStroke(plan, snr(place, plan.position_at(recording.t)), speed, stroke.word)
 
 
 def _fit_shape(stroke: Stroke, start: float) -> PlannedStroke:
     if extent(stroke.xy) <= _DOT or len(stroke.xy) < 2:
         return _dot(stroke, start)
-    plan = _shift_plan(shape_fit.from_shape(stroke.xy), start)
-    count = 400
-    return PlannedStroke(
-        plan, snr(resample_path(stroke.xy, count), resample_path(plan.at(sample_times(plan)), count)), None, stroke.word
-    )
-
-
-def _shift_plan(plan: LognormalPlan, start: float) -> LognormalPlan:
-    """The plan moved to begin at `start`, with no pulse cut off by its times."""
+    # moved to begin at `start`, with no pulse cut off by its times
+    plan = shape_fit.from_shape(stroke.xy)
     begin, end = plan.pulses().span
     shift = start - begin
-    return replace(plan, onset=plan.onset + shift, start=start, end=end + shift)
+    plan = replace(plan, onset=plan.onset + shift, start=start, end=end + shift)
+    count = 400
+    return PlannedStroke(
+        plan,
+        snr(resample_path(stroke.xy, count), resample_path(plan.position_at(sample_times(plan)), count)),
+        None,
+        stroke.word,
+    )
 
 
 def vary_page(page: PlannedPage, variation: PlanVariation, rng: np.random.Generator) -> PlannedPage:
@@ -145,5 +145,5 @@ def drawing(page: PlannedPage) -> Drawing:
     strokes = []
     for fit in page.fits:
         t = sample_times(fit.plan)
-        strokes.append(Stroke(t, fit.plan.at(t), word=fit.word))
+        strokes.append(Stroke(t, fit.plan.position_at(t), word=fit.word))
     return Drawing(tuple(strokes), page.page, page.about)

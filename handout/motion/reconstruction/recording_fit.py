@@ -10,6 +10,7 @@ Source: the theory of seed 002, §3.1; the method is this project's.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -85,12 +86,14 @@ def from_recording(t: Array, xy: Array) -> LognormalPlan:
     # a stroke for every peak of speed
     times, speed = recording.t, np.abs(recording.velocity)
     least = peaks(-speed, prominence=0.04 * float(speed.max()), apart=4)
-    x = np.stack(
-        [
-            _guess_stroke(recording, int(a), int(b))
-            for a, b in zip(np.append(0, least), np.append(least, len(times) - 1), strict=True)
-        ]
-    )
+    guesses = []
+    for a, b in pairwise([0, *least.tolist(), len(times) - 1]):
+        # a stroke between two samples: ln sigma, mu, time of the median, theta
+        v = recording.velocity[a : b + 1]
+        moving = v[np.abs(v) > 0.05 * np.abs(v).max()]
+        half = float(np.angle(moving[1:] * np.conj(moving[:-1])).sum()) / 2 if len(moving) > 2 else 0.0
+        guesses.append(_stroke(float(times[a + int(np.argmax(np.abs(v)))]), float(times[b] - times[a]), half))
+    x = np.stack(guesses)
     x = _explain_recording(recording, x, max(_MOST, 2 * len(x))) if len(x) <= _TOGETHER else _fit_windows(recording, x)
     origin, chords = _chords(recording, x)
     return from_pulses(_pulses(x), origin, chords, float(recording.t[0]), float(recording.t[-1]))
@@ -153,14 +156,6 @@ def _moving(pulses: Pulses, t: Array) -> tuple[Complex, Complex]:
     return np.asarray(lognormal.rate(pulses, t) * turn), lognormal.arc(share, theta)
 
 
-def _guess_stroke(recording: SampledMovement, a: int, b: int) -> Array:
-    """A stroke between two samples: ln sigma, mu, time of the median, theta."""
-    t, v = recording.t, recording.velocity[a : b + 1]
-    moving = v[np.abs(v) > 0.05 * np.abs(v).max()]
-    half = float(np.angle(moving[1:] * np.conj(moving[:-1])).sum()) / 2 if len(moving) > 2 else 0.0
-    return _stroke(float(t[a + int(np.argmax(np.abs(v)))]), float(t[b] - t[a]), half)
-
-
 def _stroke(peak: float, lasts: float, half: float) -> Array:
     sigma = 0.29
     mu = 3 * sigma + np.log(1.7 * max(lasts, 0.03) / np.expm1(6 * sigma))
@@ -211,7 +206,11 @@ def _fit_strokes(recording: SampledMovement, x: Array) -> Array:
         residual, jacobian, cost = now
         normal, slope = jacobian.T @ jacobian, jacobian.T @ residual
         step = np.linalg.solve(normal + damping * np.diag(np.diag(normal) + 1e-6), slope)
-        tried = _bound_strokes(recording, x - step.reshape(x.shape))
+        tried = x - step.reshape(x.shape)
+        tried[:, 0] = np.clip(tried[:, 0], _LOW[0], _HIGH[0])
+        tried[:, 1] = np.clip(tried[:, 1], _LOW[1], _HIGH[1])
+        tried[:, 2] = np.clip(tried[:, 2], recording.t[0] - 0.1, recording.t[-1] + 0.1)
+        tried[:, 3] = np.clip(tried[:, 3], -_TURN, _TURN)
         then = _project_strokes(recording, tried, prior)
         if then[2] < cost:
             x, now, damping = tried, then, max(damping / 4, 1e-8)
@@ -221,15 +220,6 @@ def _fit_strokes(recording: SampledMovement, x: Array) -> Array:
             damping *= 5
             if damping > 1e5:
                 break
-    return x
-
-
-def _bound_strokes(recording: SampledMovement, x: Array) -> Array:
-    x = x.copy()
-    x[:, 0] = np.clip(x[:, 0], _LOW[0], _HIGH[0])
-    x[:, 1] = np.clip(x[:, 1], _LOW[1], _HIGH[1])
-    x[:, 2] = np.clip(x[:, 2], recording.t[0] - 0.1, recording.t[-1] + 0.1)
-    x[:, 3] = np.clip(x[:, 3], -_TURN, _TURN)
     return x
 
 

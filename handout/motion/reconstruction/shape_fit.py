@@ -77,7 +77,7 @@ def _distances(even: Array, plan: LognormalPlan) -> Array:
     """(n,) mm: how far the path is from the trace, at equal shares of their lengths."""
     pulses = plan.pulses()
     t = np.linspace(*pulses.span, _DENSE)
-    path = resample_path(plan.at(t), len(even))
+    path = resample_path(plan.position_at(t), len(even))
     return np.asarray(np.hypot(*(path - even).T))
 
 
@@ -207,18 +207,18 @@ def _refine_plan(even: Array, plan: LognormalPlan, steady: bool) -> LognormalPla
         differences[late, late - 1] = -1.0
     guess, held = x.copy(), differences.T @ (weight[:, None] * differences)
 
-    def tried(x: Array) -> tuple[Array, Array, float, float]:
+    def try_plan(x: Array) -> tuple[Array, Array, float, float]:
         residual, jacobian, mean = _differences(x, k, wanted / size)
         return residual, jacobian, mean, mean + float((x - guess) @ held @ (x - guess)) / _COMPARED
 
     damping = 1e-3
     aim = float(np.var(wanted / size)) * 10 ** (-_BEYOND / 10)
-    residual, jacobian, _, cost = tried(x)
+    residual, jacobian, _, cost = try_plan(x)
     for _ in range(_ROUNDS):
         normal, slope = jacobian.T @ jacobian + held, jacobian.T @ residual + held @ (x - guess)
         step = np.linalg.solve(normal + damping * np.diag(np.diag(normal) + 1e-6), slope)
         there = _bound_vector(x - step, k)
-        then = tried(there)
+        then = try_plan(there)
         if then[3] < cost:
             gained = cost - then[3]
             x, (residual, jacobian, off, cost) = there, then
@@ -269,7 +269,11 @@ def _differences(x: Array, k: int, wanted: Complex) -> tuple[Array, Array, float
     done = lognormal.arc(share, theta[:, None])
     off = z[0] + chord @ done - wanted
     linear = path_matrix(done).T
-    bend = chord[:, None] * _theta_derivative(share, theta[:, None], done)
+    # the derivative of `lognormal.arc` by theta
+    angle = np.where(np.abs(theta[:, None]) < 1e-4, 1e-4, theta[:, None])
+    ahead, sine = angle * share, np.sin(angle)
+    size = share * np.cos(ahead) / sine - np.sin(ahead) * np.cos(angle) / sine**2
+    bend = chord[:, None] * (1j * (share - 1) * done + np.exp(1j * (ahead - angle)) * size)
     moving = (chord * lognormal.arc_over_chord(theta))[:, None] * np.exp(1j * theta[:, None] * (2 * share - 1))
     delay = -(moving * lognormal.rate(pulses, when))[1:]
     longer = lognormal.progress(lognormal.pulses(duration * (1 + _TINY), asymmetry, theta, onset), when)
@@ -290,12 +294,3 @@ def _differences(x: Array, k: int, wanted: Complex) -> tuple[Array, Array, float
     residual = np.concatenate([off.real, off.imag])
     jacobian = np.concatenate([columns.real, columns.imag], axis=1).T
     return residual, jacobian, float(np.mean(np.abs(off) ** 2))
-
-
-def _theta_derivative(share: Array, theta: Array, done: Complex) -> Complex:
-    """Derivative of `lognormal.arc` by theta."""
-    angle = np.where(np.abs(theta) < 1e-4, 1e-4, theta)
-    ahead = angle * share
-    sine = np.sin(angle)
-    size = share * np.cos(ahead) / sine - np.sin(ahead) * np.cos(angle) / sine**2
-    return np.asarray(1j * (share - 1) * done + np.exp(1j * (ahead - angle)) * size)

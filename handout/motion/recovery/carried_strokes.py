@@ -50,7 +50,7 @@ class Carried(NamedTuple):
     apart: float
 
 
-def carried(graph: LineGraph, own: Indices, ways: Sequence[Array], ink: Array) -> Carried | None:
+def carry_strokes(graph: LineGraph, own: Indices, ways: Sequence[Array], ink: Array) -> Carried | None:
     """The strokes `ways`, (n, 2), of a letter with `ink`, (m, 2), along the vertices `own`; None where they do not fit.
 
     All places are pixels of a page.
@@ -58,7 +58,7 @@ def carried(graph: LineGraph, own: Indices, ways: Sequence[Array], ink: Array) -
     if min(len(own), len(ink)) < 3:
         return None
     size = _size(graph.uv[own])
-    matrix, apart = _laid(ink, graph.uv[own])
+    matrix, apart = _lay_over(ink, graph.uv[own])
     if apart > _SETTINGS.apart:
         return None
     found = []
@@ -78,7 +78,7 @@ def _size(places: Array) -> float:
     return max(float(np.sqrt((places.std(axis=0) ** 2).sum())), 1e-9)
 
 
-def _laid(ink: Array, over: Array) -> tuple[Array, float]:
+def _lay_over(ink: Array, over: Array) -> tuple[Array, float]:
     """(3, 2): the affine map of places (x, y, 1) that lays ink over other ink, and how far apart they are then."""
     from scipy.spatial import cKDTree
 

@@ -65,7 +65,7 @@ def form_distances(
     size = float(np.sqrt((sampled[0].std(axis=0) ** 2).sum()))
     lifts = np.array([len(strokes) for strokes in ways])[:, None] - forms.strokes
     opened, closed = (weights.open if joined else np.inf for joined in (entered, left))
-    return _warped(sampled, laid, max(size, 1e-9), opened, closed) + weights.lifted * np.abs(lifts)
+    return _warp_paths(sampled, laid, max(size, 1e-9), opened, closed) + weights.lifted * np.abs(lifts)
 
 
 def _evenly(ways: Sequence[Sequence[Array]], count: int) -> Array:
@@ -96,7 +96,7 @@ def directions(paths: Array) -> Array:
     return np.asarray(step / np.maximum(np.hypot(step[..., 0], step[..., 1]), 1e-12)[..., None])
 
 
-def _warped(ours: Array, theirs: Array, size: float, opened: float, closed: float) -> Array:
+def _warp_paths(ours: Array, theirs: Array, size: float, opened: float, closed: float) -> Array:
     """(w, f): least mean cost of going along two paths together, for paths (w, s, 2) and (f, s, 2)."""
     (ways, count), forms = ours.shape[:2], len(theirs)
     costs = _costs(ours, theirs, size)

@@ -124,8 +124,13 @@ def gap_bridges(
         if not near.any():
             continue
         chances = [(log_odds(end, other, half_width), other.vertex) for other in loose if near[other.vertex]]
-        ahead = _ahead_on_line(end, xy, np.flatnonzero(near), loose, half_width)
-        chances += [(log_odds(end, xy[w], half_width), w) for w in ahead]
+        # of the vertices beyond the gap that nearest to the endpoint, best ahead of it; none if a loose end is there
+        beyond = np.flatnonzero(near)
+        way = xy[beyond] - end.place
+        w = int(beyond[((1 + _AHEAD) * np.hypot(*way.T) - _AHEAD * (way @ end.aim)).argmin()])
+        beside = (other for other in loose if math.hypot(*(other.place - xy[w])) <= _BESIDE * half_width)
+        if not any(other.vertex in beyond for other in beside):
+            chances.append((log_odds(end, xy[w], half_width), w))
         best, w = max((chance + priors[int(owner[v] != owner[w])], w) for chance, w in chances)
         if best > 0:
             added.add((min(v, w), max(v, w)))
@@ -147,14 +152,6 @@ def _pieces(edges: Indices, count: int) -> Indices:
     for vertex, before in enumerate(lower):
         lower[vertex] = lower[before]
     return np.array(lower, dtype=np.intp)
-
-
-def _ahead_on_line(end: Endpoint, xy: Array, beyond: Indices, loose: list[Endpoint], half_width: float) -> list[int]:
-    """Of the vertices beyond a gap that nearest to an endpoint, best ahead of it; none if a loose end is there."""
-    way = xy[beyond] - end.place
-    nearest = int(beyond[((1 + _AHEAD) * np.hypot(*way.T) - _AHEAD * (way @ end.aim)).argmin()])
-    ends = [other for other in loose if math.hypot(*(other.place - xy[nearest])) <= _BESIDE * half_width]
-    return [] if any(other.vertex in beyond for other in ends) else [nearest]
 
 
 def bridge_gaps(

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from handout.hand.drawn import Hand
 from handout.hand.library import load
 from handout.motion.recovery.network import BranchNetwork
-from handout.tables import loaded
+from handout.tables import load_table
 from handout.values import Array, Glyph, Indices
 
 HANDS = ("house-joined", "house-quick", "house-print")
@@ -118,7 +118,7 @@ def forms_of(letter: str, entered: bool, left: bool, hands: tuple[str, ...] = HA
 
 @lru_cache(maxsize=512)
 def _forms(letter: str, entered: bool, left: bool, hands: tuple[str, ...]) -> LetterForms | None:
-    of_hands = [_fitting(hand.glyphs.get(letter, ()), entered, left) for hand in _loaded(hands)]
+    of_hands = [_fitting(hand.glyphs.get(letter, ()), entered, left) for hand in _load_hands(hands)]
     glyphs = [glyph for row in zip_longest(*of_hands) for glyph in row if glyph is not None]
     # letters that are joined to others are written as joined hands write them
     taught = ductus(letter) if hands and not entered and not left else ()
@@ -132,7 +132,7 @@ def _forms(letter: str, entered: bool, left: bool, hands: tuple[str, ...]) -> Le
 
 
 @lru_cache(maxsize=4)
-def _loaded(hands: tuple[str, ...]) -> tuple[Hand, ...]:
+def _load_hands(hands: tuple[str, ...]) -> tuple[Hand, ...]:
     return tuple(load(hand) for hand in hands)
 
 
@@ -227,25 +227,24 @@ def ductus(letter: str) -> tuple[Ductus, ...]:
     """The ways of writing a letter, the usual ones first; none where it is not known."""
     parts = (("usual", 0.0), ("other", WEIGHTS.other), ("rare", WEIGHTS.rare))
     table = _ductus_table()
-    return tuple(Ductus(_ductus_strokes(text), cost) for part, cost in parts for text in table[part].get(letter, ()))
+    return tuple(Ductus(_read_ductus(text), cost) for part, cost in parts for text in table[part].get(letter, ()))
 
 
 @lru_cache(maxsize=1)
 def _ductus_table() -> dict[str, dict[str, list[str]]]:
-    return loaded(Path(__file__).with_name("ductus.toml"), "ways of writing letters")
+    return load_table(Path(__file__).with_name("ductus.toml"), "ways of writing letters")
 
 
-def _ductus_strokes(text: str) -> tuple[Array, ...]:
+def _read_ductus(text: str) -> tuple[Array, ...]:
     """The strokes of an entry of `ductus.toml`."""
-    return tuple(_ductus_stroke(part.split()) for part in text.split("|"))
-
-
-def _ductus_stroke(points: list[str]) -> Array:
-    xy = np.array([[float(point[0]), float(point[1])] for point in points])
-    corners = [i for i, point in enumerate(points) if point.endswith("'")]
-    bounds = [0, *corners, len(points) - 1]
-    parts = [_curve(xy[a : b + 1]) for a, b in pairwise(bounds)]
-    return np.concatenate([parts[0], *(part[1:] for part in parts[1:])])
+    strokes = []
+    for stroke in text.split("|"):
+        points = stroke.split()
+        xy = np.array([[float(point[0]), float(point[1])] for point in points])
+        corners = [i for i, point in enumerate(points) if point.endswith("'")]
+        parts = [_curve(xy[a : b + 1]) for a, b in pairwise([0, *corners, len(points) - 1])]
+        strokes.append(np.concatenate([parts[0], *(part[1:] for part in parts[1:])]))
+    return tuple(strokes)
 
 
 def _curve(points: Array) -> Array:

@@ -129,7 +129,9 @@ def find_dots(net: BranchNetwork, x_height: float, baseline: float | None, joint
     """
     length = net.length * net.half_width / x_height
     low, high = (np.array([extreme(net.xy[path, 1]) for path in net.branches]) for extreme in (np.min, np.max))
-    short = np.array([_is_apart(net, b) and joints.isdisjoint(net.branches[b].tolist()) for b in range(len(length))])
+    # branches that meet no other
+    apart = [len(path) == 1 or (net.is_loose(2 * b) and net.is_loose(2 * b + 1)) for b, path in enumerate(net.branches)]
+    short = np.array([alone and joints.isdisjoint(p.tolist()) for alone, p in zip(apart, net.branches, strict=True)])
     short &= length < _DASH
     top = high[~short].max(initial=-np.inf) if not short.all() else np.inf
     dots = np.flatnonzero(short & ((length < DOT) | (low > top - _UNDER * x_height))).tolist()
@@ -137,11 +139,6 @@ def find_dots(net: BranchNetwork, x_height: float, baseline: float | None, joint
         least = np.inf if baseline is None else baseline + x_height
         dots = [b for b in dots if low[b] > least]
     return {b: _rightwards(net, net.branches[b]) for b in dots}
-
-
-def _is_apart(net: BranchNetwork, branch: int) -> bool:
-    """Whether a branch meets no other."""
-    return len(net.branches[branch]) == 1 or (net.is_loose(2 * branch) and net.is_loose(2 * branch + 1))
 
 
 def _rightwards(net: BranchNetwork, path: Indices) -> Indices:

@@ -89,7 +89,10 @@ def candidates(
     most : how many are given.
     margin : none is given that costs so much more than the cheapest.
     """
-    net = _bridged_network(line, letter)
+    half_width = float(np.median(line.radius))
+    least = DOT * line.x_height if has_dots(letter) else 0.0
+    edges = bridge_gaps(line.xy, line.radius, line.edges, half_width, line.joints, least)
+    net = build_network(line.xy, line.radius, line.density, edges, half_width, line.usual)
     points = find_points(net) if letter in POINTED else ()
     if points:
         return [Candidate(points, 0.0, lambda: ((False,) * len(points),) * 2)]
@@ -108,7 +111,7 @@ def candidates(
 
 
 @dataclass(frozen=True, eq=False)
-class _Search:
+class _TracedLetter:
     """The traversals of one letter's line beside its dots, with what tells which of them was written.
 
     foreign : crossbars of other letters among their strokes.
@@ -150,11 +153,18 @@ class _Search:
     def flags(self, number: int, drawn: Indices | None, dots: int) -> tuple[tuple[bool, ...], tuple[bool, ...]]:
         """Which strokes of a traversal, and of the dots after it, are delayed, and which are crossbars."""
         traversal = self.traversals[number]
-        late: tuple[bool, ...] = (False,) * len(traversal.strokes)
+        late = [False] * len(traversal.strokes)
         if self.laid is not None and drawn is not None:
-            places = [self.net.xy[self._path_of[stroke]] for stroke in traversal.strokes]
-            late = _delayed_by_form(places, self.laid, int(drawn[number]))
-        delayed, bars = _flags(traversal, late, self.foreign, self.line, self.letter)
+            form = int(drawn[number])
+            for k, stroke in enumerate(traversal.strokes[1:], 1):  # those that lie along what a form delays
+                places = resample_strokes([self.net.xy[self._path_of[stroke]]], _ALONG)[0]
+                away = ((places[:, None] - self.laid.xy[form][None]) ** 2).sum(axis=-1)
+                late[k] = bool(self.laid.forms.delayed[form][away.argmin(axis=1)].mean() > 0.5)
+        bars = tuple(by_form or s in traversal.crossbars for by_form, s in zip(late, traversal.strokes, strict=True))
+        # a bar waits only where the pen must first go on to the next letter
+        line = self.line
+        waits = bool(line.joints if line.joined_hand else line.exits) or (line.joined_hand and self.letter in DELAYED)
+        delayed = (s in self.foreign or (waits and bar) for bar, s in zip(bars, traversal.strokes, strict=True))
         return (*delayed, *(True,) * dots), (*bars, *(True,) * dots)
 
 
@@ -165,10 +175,14 @@ def _search(
     letter: str,
     hands: tuple[str, ...],
     weights: CostWeights,
-) -> _Search:
+) -> _TracedLetter:
     """The cheap traversals of some branches of a letter, those that its forms would take among them."""
     laid, turns = _nearest(net, rest, line, letter, hands)
-    net = subnetwork(net, rest, _cuts(net, rest, line, turns))
+    # branches are cut where forms turn, rings were closed, and bars end
+    seams = ring_seams(net, rest)
+    rings = set[int]().union(*seams.values())
+    bar_ends = [int(bar[end]) for bar in (*line.own_bars, *line.foreign_bars) for end in (0, -1)]
+    net = subnetwork(net, rest, [*(v for v in turns if v not in rings), *seams, *bar_ends])
     ends = Ends(*(_ends_at(net, vertices) for vertices in (line.entries, line.exits, line.bar_entries)))
     foreign = _foreign_bars(net, line)
     cheap = _with_crossbars(net, line, letter, ends, foreign, weights)
@@ -176,17 +190,9 @@ def _search(
     cheap = [traversal for traversal in cheap if traversal.cost <= least + _MARGIN]
     if laid is not None and not foreign and not line.own_bars:
         there = {traversal.strokes for traversal in cheap}
-        guided = _guided(net, line.x_height, ends, laid, weights)
+        guided = _search_guided(net, line.x_height, ends, laid, weights)
         cheap += [traversal for traversal in guided if traversal.strokes not in there]
-    return _Search(line, letter, net, cheap, foreign, laid)
-
-
-def _cuts(net: BranchNetwork, rest: Sequence[int], line: LetterLine, turns: Sequence[int]) -> list[int]:
-    """Vertices at which branches are cut: where forms turn, rings were closed, and bars end."""
-    seams = ring_seams(net, rest)
-    rings = set[int]().union(*seams.values())
-    bar_ends = [int(bar[end]) for bar in (*line.own_bars, *line.foreign_bars) for end in (0, -1)]
-    return [*(v for v in turns if v not in rings), *seams, *bar_ends]
+    return _TracedLetter(line, letter, net, cheap, foreign, laid)
 
 
 def _foreign_bars(net: BranchNetwork, line: LetterLine) -> list[tuple[int, ...]]:
@@ -194,21 +200,15 @@ def _foreign_bars(net: BranchNetwork, line: LetterLine) -> list[tuple[int, ...]]
     return [chain for bar in line.foreign_bars for chain in crossbar_chains(net, bar, line.entries)]
 
 
-def _guided(net: BranchNetwork, x_height: float, ends: Ends, laid: _Laid, weights: CostWeights) -> list[Traversal]:
+def _search_guided(
+    net: BranchNetwork, x_height: float, ends: Ends, laid: _Laid, weights: CostWeights
+) -> list[Traversal]:
     """The traversals that forms would take which are not a built-in hand's; none where there are no such forms."""
     taught = np.flatnonzero(~laid.forms.drawn)
     if not len(taught):
         return []
     guides = form_guides(net, laid.xy[taught], laid.forms.stroke_of[taught])
     return guided_search(net, x_height, guides, Ends(ends.entries, ends.exits), weights=weights)
-
-
-def _bridged_network(line: LetterLine, letter: str) -> BranchNetwork:
-    """The branches of a letter's line, gaps bridged where its ink failed."""
-    half_width = float(np.median(line.radius))
-    least = DOT * line.x_height if has_dots(letter) else 0.0
-    edges = bridge_gaps(line.xy, line.radius, line.edges, half_width, line.joints, least)
-    return build_network(line.xy, line.radius, line.density, edges, half_width, line.usual)
 
 
 def _nearest(
@@ -296,26 +296,6 @@ def _form_costs(
     lifts = np.array([len(traversal.strokes) - 1 for traversal in traversals])
     unlike -= weights.spared * np.minimum(lifts[:, None], forms.strokes - 1)
     return unlike.min(axis=1), np.where(forms.drawn, unlike, np.inf).argmin(axis=1)
-
-
-def _delayed_by_form(strokes: Sequence[Array], laid: _Laid, form: int) -> tuple[bool, ...]:
-    """Which strokes, all after the first, lie along what a form delays."""
-    delayed = [False]
-    for xy in strokes[1:]:
-        places = resample_strokes([xy], _ALONG)[0]
-        away = ((places[:, None] - laid.xy[form][None]) ** 2).sum(axis=-1)
-        delayed.append(bool(laid.forms.delayed[form][away.argmin(axis=1)].mean() > 0.5))
-    return tuple(delayed)
-
-
-def _flags(
-    traversal: Traversal, late: Sequence[bool], foreign: _Chains, line: LetterLine, letter: str
-) -> tuple[tuple[bool, ...], tuple[bool, ...]]:
-    """Which strokes of a traversal are delayed, and which are crossbars; `late`: which of them a form delays."""
-    bars = tuple(by_form or s in traversal.crossbars for by_form, s in zip(late, traversal.strokes, strict=True))
-    # a bar waits only where the pen must first go on to the next letter
-    waits = bool(line.joints if line.joined_hand else line.exits) or (line.joined_hand and letter in DELAYED)
-    return tuple(s in foreign or (waits and bar) for bar, s in zip(bars, traversal.strokes, strict=True)), bars
 
 
 def _with_overlap(path: Indices, line: LetterLine) -> Indices:

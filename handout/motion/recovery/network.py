@@ -82,11 +82,11 @@ class BranchNetwork:
     usual: tuple[float, float]
 
     @cached_property
-    def retraced(self) -> Array:
+    def retrace_odds(self) -> Array:
         """(b,) float: log odds, by its ink, that each branch was passed more than once; they are costs as they are."""
-        return np.array([self._retraced(b) for b in range(len(self.branches))])
+        return np.array([self._find_retrace_odds(b) for b in range(len(self.branches))])
 
-    def _retraced(self, branch: int) -> float:
+    def _find_retrace_odds(self, branch: int) -> float:
         long = min(max((float(self.length[branch]) - _INK.short) / (_INK.long - _INK.short), 0.0), 1.0)
         path = self.branches[branch]
         # vertices are about evenly apart
@@ -180,7 +180,7 @@ def subnetwork(net: BranchNetwork, keep: Sequence[int], cuts: Sequence[int] = ()
     for b in keep:
         path = net.branches[b]
         closed = len(path) > 1 and path[0] == path[-1] and len(net.ends_at[int(path[0])]) == 2
-        parts = _cut(path, cuts, closed)
+        parts = _cut_path(path, cuts, closed)
         paths += parts
         if len(parts) == 1 and parts[0] is path:
             measures.append((float(net.length[b]), net.leaving[2 * b : 2 * b + 2]))
@@ -246,14 +246,14 @@ def _measure(places: Complexes, half_width: float) -> tuple[float, Array]:
     return whole / half_width, np.array([ahead, _direction(places[::-1], whole - run[::-1], half_width)])
 
 
-def _cut(path: Indices, cuts: Sequence[int], closed: bool) -> list[Indices]:
+def _cut_path(path: Indices, cuts: Sequence[int], closed: bool) -> list[Indices]:
     """A path in parts, cut at some of its vertices; a closed one, which has no node of its own, is opened there."""
     inside = [i for i in range(1, len(path) - 1) if path[i] in cuts]
     if not inside:
         return [path]
     if closed and path[0] not in cuts:
         opened = np.concatenate([path[inside[0] : -1], path[: inside[0] + 1]])
-        return _cut(opened, cuts, closed=False)
+        return _cut_path(opened, cuts, closed=False)
     bounds = [0, *inside, len(path) - 1]
     return [path[a : b + 1] for a, b in pairwise(bounds)]
 
@@ -352,7 +352,7 @@ def edge_costs(net: BranchNetwork, x_height: float, ends: Ends, weights: CostWei
     count = 2 * len(net.branches)
     run = net.length * (net.half_width / x_height)
     passing = _against_habit(net, x_height, weights)
-    told = net.retraced.tolist()
+    told = net.retrace_odds.tolist()
     # what is wide is taken to be passed again until the end, so that no traversal is dropped that does so late
     once = [max(worth, 0.0) for worth in told]
     again = [

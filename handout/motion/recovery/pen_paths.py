@@ -77,20 +77,16 @@ def pen_paths(
         units = list(word)
         if inked := [unit for unit in units if unit.ink is not None and unit.ink.number != NOBODY]:
             paths += _word_paths(inked, model, delayed_after == "word")
-        paths += [path for unit in units if unit.ink and unit.ink.number == NOBODY for path in _scribbled(unit)]
-        paths += [_drawn(points, unit, model) for unit in units for points in unit.strokes]
+        paths += [path for unit in units if unit.ink and unit.ink.number == NOBODY for path in _follow_scribble(unit)]
+        for unit, points in [(each, points) for each in units for points in each.strokes]:
+            # what was drawn over ink, such as the line that strikes a word out
+            _, xy = follow(ActionPlan(points, 1.0, _SMOOTH), baked_at=_SMOOTH)
+            of = np.full(len(xy), unit.at, dtype=np.intp)
+            paths.append(PenPath(xy, np.full(len(xy), model.width), np.ones(len(xy)), unit.word, of))
     return paths
 
 
-def _drawn(points: Array, placed: Placed, model: StrokeOrderModel) -> PenPath:
-    """What was drawn over ink, such as the line that strikes a word out."""
-    _, xy = follow(ActionPlan(points, 1.0, _SMOOTH), baked_at=_SMOOTH)
-    count = len(xy)
-    of = np.full(count, placed.at, dtype=np.intp)
-    return PenPath(xy, np.full(count, model.width), np.ones(count), placed.word, of)
-
-
-def _scribbled(placed: Placed) -> Iterator[PenPath]:
+def _follow_scribble(placed: Placed) -> Iterator[PenPath]:
     """The paths over ink of no letters, such as a signature: piece after piece from the left, then what is small."""
     assert placed.ink is not None
     graph = placed.ink.graph
@@ -110,7 +106,10 @@ def _word_paths(placed: Sequence[Placed], model: StrokeOrderModel, delays: bool)
     glyphs = [place_strokes(glyph, model) for glyph in placed]
     shared: list[dict[int, int]] = [{}, *(shared_ligatures(a, b) for a, b in pairwise(glyphs))]
     delays = delays or any(glyph.clocks is not None for glyph in glyphs)
-    onward = [*(_written_over(b, joins) for b, joins in zip(glyphs[1:], shared[1:], strict=True)), set[int]()]
+    # ligatures out of each glyph by which the pen comes into the next that writes it, and not only a crossbar
+    begun = [{s.begin for s in glyph.strokes if not s.delayed} for glyph in glyphs[1:]]
+    onward = [{out for into, out in j.items() if into in b} for b, j in zip(begun, shared[1:], strict=True)]
+    onward.append(set())
     written = _Written()
     for glyph, joins, leads in zip(glyphs, shared, onward, strict=True):
         if written.delayed and not joins and not delays:
@@ -123,7 +122,7 @@ def _word_paths(placed: Sequence[Placed], model: StrokeOrderModel, delays: bool)
 
 
 @dataclass(frozen=True, eq=False)
-class _Movement:
+class _GlyphsMovement:
     """Parts of several glyphs that are written in one go.
 
     leaving : the ligature by which it left the last of them.
@@ -139,9 +138,9 @@ class _Movement:
 class _Written:
     """What of a word is written so far: movements that are done, the current one, and those that wait for its end."""
 
-    done: list[_Movement] = field(default_factory=list)
-    current: _Movement = field(default_factory=lambda: _Movement([], None))
-    delayed: list[_Movement] = field(default_factory=list)
+    done: list[_GlyphsMovement] = field(default_factory=list)
+    current: _GlyphsMovement = field(default_factory=lambda: _GlyphsMovement([], None))
+    delayed: list[_GlyphsMovement] = field(default_factory=list)
 
     def write(
         self, glyph: PlacedGlyph, strokes: Sequence[PlacedStroke], joins: dict[int, int], joined_share: float
@@ -151,10 +150,10 @@ class _Written:
         for stroke in strokes:
             part = (glyph, without_shared(glyph, stroke, joins))
             if not entered and self._goes_on(stroke, part, joins, joined_share):
-                self.current, entered = _Movement([*self.current.parts, part], stroke.end), True
+                self.current, entered = _GlyphsMovement([*self.current.parts, part], stroke.end), True
             else:
                 self.done.append(self.current)
-                self.current = _Movement([part], stroke.end, stroke.bar)
+                self.current = _GlyphsMovement([part], stroke.end, stroke.bar)
 
     def _goes_on(self, stroke: PlacedStroke, part: Part, joins: dict[int, int], joined_share: float) -> bool:
         """Whether a stroke is written without a lift after what was written before it."""
@@ -170,16 +169,16 @@ class _Written:
 
     def delay(self, glyph: PlacedGlyph, strokes: Sequence[PlacedStroke], joins: dict[int, int]) -> None:
         """Let a glyph's strokes wait; one that comes over from the last glyph goes on in what waits of that."""
-        waiting, crossing = _split(self.delayed, None)
+        waiting, crossing = _split_by_ligature(self.delayed, None)
         for stroke in strokes:
             ligature = None if stroke.begin is None else joins.get(stroke.begin)
-            begun, crossing = _split(crossing, ligature)
+            begun, crossing = _split_by_ligature(crossing, ligature)
             over = (glyph, without_shared(glyph, stroke, joins))
             if begun:
-                waiting.append(_Movement([*begun[0].parts, over], stroke.end))
+                waiting.append(_GlyphsMovement([*begun[0].parts, over], stroke.end))
             else:
-                waiting.append(_Movement([(glyph, stroke.vertices)], stroke.end))
-        self.delayed = [*(_Movement(m.parts, None) for m in crossing), *waiting]
+                waiting.append(_GlyphsMovement([(glyph, stroke.vertices)], stroke.end))
+        self.delayed = [*(_GlyphsMovement(m.parts, None) for m in crossing), *waiting]
 
     def paths(self, glyphs: Sequence[PlacedGlyph], model: StrokeOrderModel) -> Iterator[PenPath]:
         """The paths of all that is written, then of what waited."""
@@ -188,15 +187,17 @@ class _Written:
         yield from (_path(movement.parts, True) for movement in self.delayed if movement.parts)
 
 
-def _split(movements: Sequence[_Movement], ligature: int | None) -> tuple[list[_Movement], list[_Movement]]:
+def _split_by_ligature(
+    movements: Sequence[_GlyphsMovement], ligature: int | None
+) -> tuple[list[_GlyphsMovement], list[_GlyphsMovement]]:
     """The movements that leave by a ligature, and the others."""
     leaving = [movement.leaving == ligature for movement in movements]
     return list(compress(movements, leaving)), [m for m, left in zip(movements, leaving, strict=True) if not left]
 
 
 def join_over_ink(
-    movements: Sequence[_Movement], glyphs: Sequence[PlacedGlyph], model: StrokeOrderModel
-) -> list[_Movement]:
+    movements: Sequence[_GlyphsMovement], glyphs: Sequence[PlacedGlyph], model: StrokeOrderModel
+) -> list[_GlyphsMovement]:
     """The movements of a word, those joined that go on in one another over a little of the word's own ink.
 
     Where a stem is gone over twice, or a letter is closed by retracing, the line shows one way only, and it is easily
@@ -219,13 +220,8 @@ def join_over_ink(
         if way is None:
             joined.append(movement)
         else:
-            joined[-1] = _Movement([*joined[-1].parts, *way, *movement.parts], movement.leaving)
+            joined[-1] = _GlyphsMovement([*joined[-1].parts, *way, *movement.parts], movement.leaving)
     return joined
-
-
-def _written_over(glyph: PlacedGlyph, joins: dict[int, int]) -> set[int]:
-    """Ligatures out of the glyph before by which the pen comes into this that writes it, and not only a crossbar."""
-    return {out for into, out in joins.items() if any(s.begin == into and not s.delayed for s in glyph.strokes)}
 
 
 def _divide(glyph: PlacedGlyph, leads: set[int]) -> tuple[list[PlacedStroke], list[PlacedStroke]]:
@@ -254,10 +250,10 @@ def _path(parts: Sequence[Part], delayed: bool) -> PenPath:
     radius = np.concatenate([glyph.graph.radius[vertices] for glyph, vertices in parts])
     density = np.concatenate([glyph.graph.density[vertices] for glyph, vertices in parts])
     of = np.concatenate([np.full(len(vertices), glyph.placed.at, dtype=np.intp) for glyph, vertices in parts])
-    return PenPath(xy, 2 * radius, density, parts[0][0].placed.word, of, delayed, *_recorded(parts))
+    return PenPath(xy, 2 * radius, density, parts[0][0].placed.word, of, delayed, *_gather_recording(parts))
 
 
-def _recorded(parts: Sequence[Part]) -> tuple[Array | None, Array | None]:
+def _gather_recording(parts: Sequence[Part]) -> tuple[Array | None, Array | None]:
     """How long a recorded pen took for the steps of a path, and how it was held; None where no pen was recorded."""
     if all(glyph.clocks is None for glyph, _ in parts):
         return None, None

@@ -107,7 +107,11 @@ def _on_placed(
             continue
         outer = int(sections[way][-1])
         if b - a < len(sections[way]):
-            parts.append(_part_of_chain(vertices[a:b], sections[way], chain))
+            # the part of the placed ligature that is like these vertices of the ligature as it was
+            share = len(chain[1:]) / len(sections[way])
+            at = np.floor((vertices[[a, b - 1]] - sections[way][0]) * share).astype(np.intp)
+            run = chain[1 + at.min() : 2 + at.max()]
+            parts.append(run if at[0] <= at[1] else run[::-1])
             continue
         if vertices[a] == outer and a == 0:
             begin = way
@@ -116,14 +120,6 @@ def _on_placed(
         inward = vertices[a] == outer
         parts.append(chain[:0:-1] if inward else chain[1:])
     return np.concatenate([np.zeros(0, dtype=np.intp), *parts]), begin, end
-
-
-def _part_of_chain(vertices: Indices, section: Indices, chain: Indices) -> Indices:
-    """The part of a placed ligature that is like some vertices, in order, of the ligature as it was."""
-    share = len(chain[1:]) / len(section)
-    at = np.floor((vertices[[0, -1]] - section[0]) * share).astype(np.intp)
-    run = chain[1 + at.min() : 2 + at.max()]
-    return run if at[0] <= at[1] else run[::-1]
 
 
 def _chains(graph: LineGraph, form: GlyphLine) -> list[Indices | None]:
@@ -234,16 +230,13 @@ class WordInk:
         while node != there:
             nodes.append(node)
             node = int(back[node])
-        return self._parts(nodes)
-
-    def _node_at(self, part: Part, index: int) -> int:
-        glyph, vertices = part
-        return int(self._node_of[self._first[self._number[id(glyph)]] + vertices[index]])
-
-    def _parts(self, nodes: Sequence[int]) -> list[Part]:
         vertices = self._vertex_of[nodes]
         owner = np.searchsorted(self._first, vertices, side="right") - 1
         return [
             (self._glyphs[k], np.array([v - self._first[k] for v, _ in run], dtype=np.intp))
             for k, run in groupby(zip(vertices.tolist(), owner.tolist(), strict=True), key=lambda pair: pair[1])
         ]
+
+    def _node_at(self, part: Part, index: int) -> int:
+        glyph, vertices = part
+        return int(self._node_of[self._first[self._number[id(glyph)]] + vertices[index]])

@@ -15,7 +15,7 @@ import numpy as np
 
 from handout.hand import measures
 from handout.hand.scanned import NOBODY, ScannedGlyph, ScannedHand
-from handout.motion.recovery.carried_strokes import carried, carried_cost
+from handout.motion.recovery.carried_strokes import carried_cost, carry_strokes
 from handout.motion.recovery.crossbars import WordCrossbars
 from handout.motion.recovery.ink_gaps import Endpoint, endpoints, log_odds, prior_log_odds
 from handout.motion.recovery.letter_line import Candidate, LetterLine, LetterStrokes, as_said
@@ -54,7 +54,13 @@ class StrokeOrderModel:
         self.width = 2 * measures.half_width(hand)
         self._x_height = measures.x_height(hand)
         self.half_widths = measures.x_height_in_half_widths(hand)
-        self._usual = [_usual_ink(hand, number) for number in range(len(hand.pages))]
+        # radius, in x-heights of its forms, and density of the line of the letters on each page
+        self._usual = list[tuple[float, float]]()
+        for number, page in enumerate(hand.pages):
+            letters = [glyph.vertices for glyph in hand.glyphs if glyph.page == number]
+            vertices = np.concatenate(letters) if letters else np.arange(len(page.graph.radius))
+            radius, density = (float(np.median(values[vertices])) for values in (page.graph.radius, page.graph.density))
+            self._usual.append((radius / page.pitch, density))
         self._crossbars = WordCrossbars(hand, self.forms.paths)
         self._endpoints: dict[int, list[Endpoint]] = {}
         self._lines: dict[int, tuple[LetterLine, tuple[Indices, ...], list[Candidate]]] = {}
@@ -82,14 +88,14 @@ class StrokeOrderModel:
         letters, found = before._said_otherwise(self._hand), list[int]()
         for number in (n for letter in sorted(letters) for n in self._hand.of(letter).tolist()):
             old, new = ([way for way, _ in model.ways_of(number)] for model in (before, self))
-            if not self._hand.glyphs[number].ways and not _same(old, new):
+            if not self._hand.glyphs[number].ways and not _are_same(old, new):
                 found.append(number)
         return found
 
     def _said_otherwise(self, hand: ScannedHand) -> set[str]:
         """The letters of whose strokes a person said other things in a hand of the same glyphs."""
         pairs = zip(self._hand.glyphs, hand.glyphs, strict=True)
-        return {a.letter for a, b in pairs if a is not b and not _same(a.ways, b.ways)}
+        return {a.letter for a, b in pairs if a is not b and not _are_same(a.ways, b.ways)}
 
     def strokes_of(self, number: int) -> tuple[LetterStrokes, tuple[Indices, ...]]:
         """The strokes of a glyph, and which vertices of its line are those of each of its ligatures, anchor left out,
@@ -147,7 +153,13 @@ class StrokeOrderModel:
         if number not in self._lines:
             line, sections = _letter_line(self.forms[number], self._x_height)
             line = self._with_neighbours(number, line, sections)
-            self._lines[number] = line, sections, self._candidates(number, line)
+            glyph = self._hand.glyphs[number]
+            if self._hand.pages[glyph.page].moments is not None:
+                recorded = recorded_strokes(self._hand, self.forms, number, line)
+                found = [Candidate(recorded.strokes, 0.0, lambda: (recorded.delayed, recorded.bars))]
+            else:
+                found = candidates(line, glyph.letter, hands=self._hands, most=CANDIDATES, margin=MARGIN)
+            self._lines[number] = line, sections, found
         return self._lines[number]
 
     def _instance(self, number: int) -> tuple[Instance, tuple[Indices, ...]]:
@@ -157,11 +169,11 @@ class StrokeOrderModel:
             if said := self._on_line(number, self._hand.glyphs[number].ways, line, sections):
                 found = [as_said(found, said)]
             else:
-                found = sorted([*found, *self._carried(number)], key=lambda way: way.cost)
+                found = sorted([*found, *self._carry_candidates(number)], key=lambda way: way.cost)
             self._instances[number] = instance_of(found, line, len(self.forms[number].xy), bool(said))
         return self._instances[number], sections
 
-    def _carried(self, number: int) -> list[Candidate]:
+    def _carry_candidates(self, number: int) -> list[Candidate]:
         """A glyph written as that of its name of which a person said it and whose ink is most alike; if any is."""
         glyph, told = self._hand.glyphs[number], []
         if self._hand.pages[glyph.page].moments is not None:
@@ -169,7 +181,7 @@ class StrokeOrderModel:
         for like in (self._hand.glyphs[other] for other in self._pool(glyph.letter)):
             if like.ways:
                 graph, uv = self._hand.pages[glyph.page].graph, self._hand.pages[like.page].graph.uv
-                told.append(carried(graph, glyph.vertices, [uv[way] for way in like.ways], uv[like.vertices]))
+                told.append(carry_strokes(graph, glyph.vertices, [uv[way] for way in like.ways], uv[like.vertices]))
         best = min((way for way in told if way is not None), key=lambda way: way.apart, default=None)
         if best is None:
             return []
@@ -178,13 +190,6 @@ class StrokeOrderModel:
         places, others = ([line.xy[way] for way in ways] for ways in (strokes, found[0].strokes))
         more = carried_cost(places, others, best.apart, line.x_height)
         return [replace(as_said(found, strokes), cost=found[0].cost + more)]
-
-    def _candidates(self, number: int, line: LetterLine) -> list[Candidate]:
-        glyph = self._hand.glyphs[number]
-        if self._hand.pages[glyph.page].moments is not None:
-            recorded = recorded_strokes(self._hand, self.forms, number, line)
-            return [Candidate(recorded.strokes, 0.0, lambda: (recorded.delayed, recorded.bars))]
-        return candidates(line, glyph.letter, hands=self._hands, most=CANDIDATES, margin=MARGIN)
 
     def clocks(self, number: int) -> tuple[Array, Array] | None:
         """(n,) s and (n, 4): when the pen was at each vertex of a glyph's body and how it was held (channels as in
@@ -240,7 +245,7 @@ class StrokeOrderModel:
             if over_body and (bar.glyph != number or bar.loose[0]):
                 entries = sections[: len(form.entries)]
                 ends.entering.update(int(way[-1]) for way in entries if np.isin(way, here).mean() >= _ALONG)
-        return ends.on(line)
+        return ends.put_on(line)
 
     def _places_on_page(self, number: int, sections: tuple[Indices, ...]) -> dict[int, int]:
         """Vertex of the page → vertex of a glyph's line."""
@@ -298,10 +303,10 @@ def _inked_alike(a: ScannedGlyph, b: ScannedGlyph) -> bool:
     """Whether two glyphs of one number are the same but for what a person said of them."""
     where = operator.attrgetter("letter", "page", "line", "before", "after")
     joins = ([way.path for way in glyph.ligatures] for glyph in (a, b))
-    return a is b or (where(a) == where(b) and _same([a.vertices], [b.vertices]) and _same(*joins))
+    return a is b or (where(a) == where(b) and _are_same([a.vertices], [b.vertices]) and _are_same(*joins))
 
 
-def _same(some: Sequence[Indices], others: Sequence[Indices]) -> bool:
+def _are_same(some: Sequence[Indices], others: Sequence[Indices]) -> bool:
     return len(some) == len(others) and all(map(np.array_equal, some, others))
 
 
@@ -317,14 +322,6 @@ def _lead(xy: Array, ways: list[list[int]], out: Sequence[int]) -> None:
     ways[i] = [*rest[::-1], *ways[i]] if end == 0 else [*ways[i], *rest]
 
 
-def _usual_ink(hand: ScannedHand, number: int) -> tuple[float, float]:
-    """Radius, in x-heights of its forms, and density of the line of the letters on a page."""
-    page = hand.pages[number]
-    letters = [glyph.vertices for glyph in hand.glyphs if glyph.page == number]
-    vertices = np.concatenate(letters) if letters else np.arange(len(page.graph.radius))
-    return float(np.median(page.graph.radius[vertices])) / page.pitch, float(np.median(page.graph.density[vertices]))
-
-
 @dataclass(frozen=True, eq=False)
 class _BarEnds:
     """Crossbars on one letter's line, and at which ends of its ligatures they come in and leave.
@@ -336,7 +333,7 @@ class _BarEnds:
     foreign: list[tuple[Indices, tuple[Indices, Indices]]] = field(default_factory=list)
     entering: set[int] = field(default_factory=set)
 
-    def on(self, line: LetterLine) -> LetterLine:
+    def put_on(self, line: LetterLine) -> LetterLine:
         """The line with these."""
         return replace(
             line,

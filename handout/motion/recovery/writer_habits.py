@@ -88,7 +88,7 @@ class WriterHabit:
         if len(instance.candidates) == 1 or not all(instance.parts):
             return instance.candidates[0]
         others = self.owner != number
-        alike = self.alike[number] if number in self.alike else _alike(instance, self.forms)
+        alike = self.alike[number] if number in self.alike else _measure_likeness(instance, self.forms)
         count = self.counts[others][np.unique(self.owner[others], return_index=True)[1]].sum()
         return instance.candidates[int((_costs(instance) + _cost(alike @ (self.share * others), count)).argmin())]
 
@@ -106,7 +106,7 @@ def learn_habit(pool: Sequence[Instance]) -> WriterHabit | None:
         _as_forms(readable),
         np.repeat(np.arange(len(readable)), [len(instance.candidates) for instance in readable]),
     )
-    alike = np.concatenate([_alike(instance, forms) for instance in readable]) * (owner[:, None] != owner)
+    alike = np.concatenate([_measure_likeness(instance, forms) for instance in readable]) * (owner[:, None] != owner)
     costs = np.concatenate([_costs(instance) for instance in readable])
     counts = np.array([_SETTINGS.told if instance.told else 1.0 for instance in readable])
     share, rest = _shares(costs, owner), (counts.sum() - counts)[owner]
@@ -135,7 +135,7 @@ def _as_forms(pool: Sequence[Instance]) -> LetterForms:
     return LetterForms(np.array(places_of), np.array(stroke_of), delayed, strokes, ends, np.zeros(count), delayed[:, 0])
 
 
-def _alike(instance: Instance, forms: LetterForms) -> Array:
+def _measure_likeness(instance: Instance, forms: LetterForms) -> Array:
     """(w, f) 0–1: how like each way of an instance is to some forms."""
     middle = instance.body.mean(axis=0)
     laid = forms.xy @ frame_of(instance.body - middle).T + middle

@@ -149,18 +149,16 @@ def best_order(places: Array, rng: np.random.Generator) -> Indices:
         count = 2 * (_POPULATION - _ELITE)
         rivals = rng.integers(len(worth), size=(count, _TOURNAMENT))
         parents = orders[rivals[np.arange(count), worth[rivals].argmax(axis=1)]]
-        children = [_child(a, b, rng) for a, b in zip(parents[::2], parents[1::2], strict=True)]
+        children = []
+        for a, b in zip(parents[::2], parents[1::2], strict=True):
+            low, high = np.sort(rng.integers(0, len(a) + 1, 2)).tolist()
+            child = crossover(a, b, low, high)
+            if rng.random() < _MUTATION:
+                i, j = rng.integers(len(a), size=2).tolist()
+                child[[i, j]] = child[[j, i]]
+            children.append(child)
         orders = np.concatenate([best, np.array(children)])
     return np.asarray(orders[fitness(orders, places).argmax()])
-
-
-def _child(a: Indices, b: Indices, rng: np.random.Generator) -> Indices:
-    low, high = np.sort(rng.integers(0, len(a) + 1, 2)).tolist()
-    child = crossover(a, b, low, high)
-    if rng.random() < _MUTATION:
-        i, j = rng.integers(len(a), size=2).tolist()
-        child[[i, j]] = child[[j, i]]
-    return child
 
 
 def crossover(a: Indices, b: Indices, low: int, high: int) -> Indices:

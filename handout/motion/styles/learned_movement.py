@@ -30,7 +30,7 @@ _HEIGHTS_IN_X = 1.5  # x-heights in the height of a letter
 
 
 @dataclass(frozen=True, eq=False)
-class _Part:
+class _PlannedPart:
     """A movement on the paper: its plan before, and the stroke that it was taken from, if any."""
 
     plan: LognormalPlan
@@ -39,7 +39,9 @@ class _Part:
 
 def move_drawing(drawing: Drawing, style: Style, rng: np.random.Generator, height: float) -> tuple[Stroke, ...]:
     """The strokes of a drawing, moved through in the style's learned manner; `height` of a letter, mm."""
-    parts = [_Part(plan, stroke) for plan, stroke in zip(taken_apart(drawing, height), drawing.strokes, strict=True)]
+    parts = [
+        _PlannedPart(plan, stroke) for plan, stroke in zip(taken_apart(drawing, height), drawing.strokes, strict=True)
+    ]
     return _draw_groups(_groups(parts), style, rng, height)
 
 
@@ -51,15 +53,15 @@ def through_targets(
     for each in targets:
         ways = max(len(each) - 1, 0)
         known = plan_of(each, np.full(ways, 0.5), np.zeros(ways)) if ways else plan_dot(each)
-        parts.append(_Part(known, None))
+        parts.append(_PlannedPart(known, None))
     plain = replace(style, learned=replace(style.learned, hold=0.0, keep=0.0))
     return _draw_groups(_groups(parts), plain, rng, height)
 
 
-def _groups(parts: Sequence[_Part]) -> Iterator[list[_Part]]:
+def _groups(parts: Sequence[_PlannedPart]) -> Iterator[list[_PlannedPart]]:
     """The parts of each word; of a long one, or of a drawing without words, so many as are moved through together."""
     for _, word in groupby(parts, key=lambda part: -1 if part.stroke is None else part.stroke.word):
-        group: list[_Part] = []
+        group: list[_PlannedPart] = []
         for part in word:
             if group and sum(len(p.plan.targets) for p in group) + len(part.plan.targets) > _TOGETHER:
                 yield group
@@ -70,7 +72,7 @@ def _groups(parts: Sequence[_Part]) -> Iterator[list[_Part]]:
 
 
 def _draw_groups(
-    groups: Iterator[list[_Part]], style: Style, rng: np.random.Generator, height: float
+    groups: Iterator[list[_PlannedPart]], style: Style, rng: np.random.Generator, height: float
 ) -> tuple[Stroke, ...]:
     manner, learned = style.model, style.learned
     assert isinstance(manner, LearnedMovement)
@@ -89,7 +91,12 @@ def _draw_groups(
             t = clock + np.arange(len(xy)) * learned.duration / _SAMPLES
             width = widths(t, xy, style, height)
             nib = style.brush.width * height if style.brush.kind == "nib" else 0.0
-            carried = {} if part.stroke is None else _carry_channels(part.stroke, xy)
+            carried = dict[str, Array]()
+            if part.stroke is not None:  # its channels along this path, at equal shares of their lengths
+                was, now = arc_length(part.stroke.xy), arc_length(xy)
+                share = now / max(float(now[-1]), 1e-12) * float(was[-1])
+                for name, values in part.stroke.pose.items():
+                    carried[name] = np.interp(share, was, np.unwrap(values) if name in TURNS else values)
             if nib:
                 carried["rotation"] = np.full(len(t), -style.brush.angle)
             source = part.stroke
@@ -118,7 +125,7 @@ def _path(known: LognormalPlan, plan: LognormalPlan, hold: float) -> Array:
     if hold > 0:
         passing = _passing(plan)
         linear = path_matrix(lognormal.arc(lognormal.progress(plan.pulses(), passing), plan.theta[:, None]))
-        places = known.at(_passing(known)) @ np.array([1.0, 1j])
+        places = known.position_at(_passing(known)) @ np.array([1.0, 1j])
         rows = np.concatenate([linear, np.sqrt(_RIDGE) * np.eye(len(z))])
         led = np.linalg.lstsq(rows, np.concatenate([places, np.sqrt(_RIDGE) * z]), rcond=None)[0]
         z = z + hold * (led - z)
@@ -135,11 +142,3 @@ def _passing(plan: LognormalPlan) -> Array:
     middle = pulses.time(0.0)
     start, end = pulses.span
     return np.concatenate([[start], 0.5 * (middle[1:] + middle[:-1]), [end]])
-
-
-def _carry_channels(source: Stroke, xy: Array) -> dict[str, Array]:
-    """Channels of a stroke along another path, at equal shares of their lengths."""
-    old, new = arc_length(source.xy), arc_length(xy)
-    share = new / max(float(new[-1]), 1e-12) * float(old[-1])
-    turned = {name: np.unwrap(v) if name in TURNS else v for name, v in source.pose.items()}
-    return {name: np.interp(share, old, values) for name, values in turned.items()}

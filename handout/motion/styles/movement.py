@@ -106,13 +106,15 @@ def _path(
     """(m · steps, 2) mm: the path near the points, with motor noise."""
     movement = style.movement
     precision, usual = relative(spreads)
+    if not guide and style.guide.mode != "none" and style.guide.strength != 0:
+        guide = Guide(vector(style.guide.direction), style.guide.strength, style.guide.mode)
     solver = tracker(
         precision,
         smooth=movement.smooth,
         order=movement.order,
         ends=ends,
         hold=HOLD if ends == "rest" else 1.0,
-        guide=guide or _guide(style),
+        guide=guide,
     )
     through = targets_through(points, smooth=movement.drawn_at, order=movement.order)
     xy = solver.path(points + style.form.overshoot * (through - points))
@@ -140,13 +142,6 @@ def _basis(style: Style) -> Array:
     """(2, 2): the oblique axes of the covariances, as columns."""
     shape = style.covariance
     return np.column_stack([size * vector(angle) for size, angle in zip(shape.axes, shape.angles, strict=True)])
-
-
-def _guide(style: Style) -> Guide | None:
-    guide = style.guide
-    if guide.mode == "none" or guide.strength == 0:
-        return None
-    return Guide(vector(guide.direction), guide.strength, guide.mode)
 
 
 def widths(t: Array, xy: Array, style: Style, height: float, *, tapered: bool = True) -> Array:
@@ -197,8 +192,8 @@ def pose_at_targets(stroke: Stroke, points: Array, *, ring: bool) -> dict[str, A
     there = stroke.pose
     if not there:
         return {}
-    along, whole = _run(stroke.xy)
-    at, length = _run(points)
+    along, whole = _measure_path(stroke.xy)
+    at, length = _measure_path(points)
     if ring:
         # the last of a ring's targets is not its first again
         length += float(np.linalg.norm(points[0] - points[-1]))
@@ -210,7 +205,7 @@ def pose_at_targets(stroke: Stroke, points: Array, *, ring: bool) -> dict[str, A
     return {name: np.interp(share * whole, along, values) for name, values in turned.items()}
 
 
-def _run(xy: Array) -> tuple[Array, float]:
+def _measure_path(xy: Array) -> tuple[Array, float]:
     """(n,) mm along a path, and all of it."""
     along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(xy, axis=0), axis=1))])
     return along, float(along[-1])

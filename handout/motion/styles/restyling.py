@@ -74,19 +74,14 @@ def restyle(drawing: Drawing, style: Style, rng: np.random.Generator, height: fl
     if style.model is not None:
         from handout.motion.styles.learned_movement import move_drawing
 
-        strokes = move_drawing(_form_drawing(drawing, style), style, rng, tall)
+        middles = zip(drawing.strokes, _middles(drawing.strokes), strict=True)
+        formed = (replace(stroke, xy=middle + (stroke.xy - middle) @ _form(style)) for stroke, middle in middles)
+        strokes = move_drawing(replace(drawing, strokes=tuple(formed)), style, rng, tall)
         return Drawing(_fit_page(strokes, drawing), drawing.page, about)
     lines = zip(drawing.strokes, _middles(drawing.strokes), strict=True)
     sequences = [_sequence(stroke, style, tall, middle) for stroke, middle in lines]
     strokes = draw_sequences(_join_sequences(sequences, style, tall), style, tall, rng)
     return Drawing(_fit_page(strokes, drawing), drawing.page, about)
-
-
-def _form_drawing(drawing: Drawing, style: Style) -> Drawing:
-    """The drawing, leant and stretched as the style wants it."""
-    lines = zip(drawing.strokes, _middles(drawing.strokes), strict=True)
-    formed = (replace(stroke, xy=middle + (stroke.xy - middle) @ _form(style)) for stroke, middle in lines)
-    return replace(drawing, strokes=tuple(formed))
 
 
 def _form(style: Style) -> Array:
@@ -103,7 +98,12 @@ def draw_sequences(
         if before is not None:
             way = float(np.linalg.norm(sequence.points[0] - before)) / height
             clock += style.movement.interval * (_LIFT + _AIR * math.sqrt(way))
-        guide = _guide_along(sequence.points) if style.breaking.directions and len(sequence.points) > 1 else None
+        guide = None
+        if style.breaking.directions and len(sequence.points) > 1:  # along the lines from each target to the next
+            step = np.diff(sequence.points, axis=0)
+            size = np.linalg.norm(step, axis=1, keepdims=True)
+            direction = np.where(size > 0, step / np.maximum(size, 1e-300), [1.0, 0.0])
+            guide = Guide(np.concatenate([direction, direction[-1:]]), _EDGE)
         if sequence.ring:
             t, xy = move_around(sequence.points, sequence.corner, style, height, rng, guide)
         else:
@@ -186,7 +186,10 @@ def _fit_page(strokes: tuple[Stroke, ...], before: Drawing) -> tuple[Stroke, ...
     """The strokes, made smaller about the middle of the page if they leave it and the original strokes did not."""
     page = np.array([before.page.width, before.page.height])
     was = np.concatenate([stroke.xy for stroke in before.strokes])
-    now = np.concatenate([stroke.xy + side for stroke in strokes for side in _sides(stroke)])
+    widths = [0.0 if stroke.width is None else float(stroke.width.max()) for stroke in strokes]
+    reaches = [max(stroke.nib, width) / 2 for stroke, width in zip(strokes, widths, strict=True)]
+    sides = ((stroke, side) for stroke, reach in zip(strokes, reaches, strict=True) for side in (-reach, reach))
+    now = np.concatenate([stroke.xy + side for stroke, side in sides])
     if (was < 0).any() or (was > page).any() or not ((now < 0).any() or (now > page).any()):
         return strokes
     share = float((0.5 * page / np.maximum(np.abs(now - 0.5 * page).max(axis=0), 1e-9)).min())
@@ -206,11 +209,6 @@ def scale_strokes(strokes: Sequence[Stroke], scale: float, away: Array) -> tuple
     )
 
 
-def _sides(stroke: Stroke) -> tuple[float, float]:
-    reach = max(stroke.nib, 0.0 if stroke.width is None else float(stroke.width.max())) / 2
-    return -reach, reach
-
-
 def _sequence(stroke: Stroke, style: Style, height: float, middle: Array) -> TargetSequence:
     """A stroke's targets in the form that the style gives it."""
     motif = targets.find(stroke.xy, height)
@@ -225,7 +223,11 @@ def _sequence(stroke: Stroke, style: Style, height: float, middle: Array) -> Tar
     if len(motif.points) == 1:
         return sequence
     if style.breaking.directions:
-        path, bends = _begin_at_top(motif) if motif.ring else (motif.path, motif.bends)
+        path, bends = motif.path, motif.bends
+        if motif.ring:  # it begins at its top, where broken scripts have a corner
+            top = int(path[:, 1].argmin())
+            path = np.concatenate([path[top:-1], path[: top + 1]])
+            bends = np.sort((bends - top) % (len(path) - 1))
         points, corner = break_targets(path, bends, style, height, footed=not motif.ring)
         return replace(sequence, points=points, corner=corner, ring=False, channels=channels(points, ring=motif.ring))
     if motif.ring:
@@ -259,21 +261,6 @@ def break_targets(
     if rule.foot > 0 and footed:
         corners = broken_script.add_feet(corners, rule.foot * height, vector(rule.step))
     return corners, np.ones(len(corners), dtype=bool)
-
-
-def _begin_at_top(ring: targets.Motif) -> tuple[Array, Indices]:
-    """The path of a ring begun at its top, where broken scripts have a corner, and the samples of its corners."""
-    top = int(ring.path[:, 1].argmin())
-    path = np.concatenate([ring.path[top:-1], ring.path[: top + 1]])
-    return path, np.sort((ring.bends - top) % (len(path) - 1))
-
-
-def _guide_along(points: Array) -> Guide:
-    """A guide along the straight lines from each target to the next."""
-    step = np.diff(points, axis=0)
-    size = np.linalg.norm(step, axis=1, keepdims=True)
-    direction = np.where(size > 0, step / np.maximum(size, 1e-300), [1.0, 0.0])
-    return Guide(np.concatenate([direction, direction[-1:]]), _EDGE)
 
 
 def _join_sequences(sequences: Sequence[TargetSequence], style: Style, height: float) -> Iterator[TargetSequence]:

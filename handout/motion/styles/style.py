@@ -183,7 +183,7 @@ BOUNDS: dict[str, tuple[float, float]] = {
 _RULES = ("movement", "covariance", "guide", "breaking", "flick", "ligature", "jitter")
 
 
-def read(path: Path) -> Style:
+def read_style(path: Path) -> Style:
     """Read and check a style's TOML file, or a ``.style`` archive.
 
     Raises
@@ -195,7 +195,7 @@ def read(path: Path) -> Style:
     if path.suffix == ".style":
         values, model = style_file.load(path)
         return _check_file(msgspec.structs.replace(of_table(values, path), model=model), path)
-    style = of_table(tables.loaded(path, "a style"), path)
+    style = of_table(tables.load_table(path, "a style"), path)
     if style.learned != LearnedStyle():
         raise InputError(f"{path}: [learned] is for .style archives, which handout style learn makes.")
     return style
@@ -207,13 +207,13 @@ def of_table(values: dict[str, Any], path: Path) -> Style:
     Raises
     ------
     InputError
-        As `read`.
+        As `read_style`.
     """
     for name in ("name", "model"):
         if name in values:
             raise InputError(f"{path}: {name} cannot be set; a style is called as its file is.")
     try:
-        style = tables.converted(values, Style)
+        style = tables.convert_table(values, Style)
     except ValueError as error:
         raise InputError(f"{path}: {error}") from error
     return _check_file(msgspec.structs.replace(style, name=path.stem), path)
@@ -272,7 +272,7 @@ def find(name: str) -> Style:
     InputError
         Unknown (the message lists the nearest), or not valid.
     """
-    return read(path(name))
+    return read_style(path(name))
 
 
 def path(name: str) -> Path:

@@ -23,7 +23,7 @@ from handout.motion.learned.model import PRIMERS, LearnedMovement
 from handout.motion.learned.sequences import Inputs, MovementSequence
 from handout.motion.learned.structure import StructureModel
 from handout.networks import Floats
-from handout.tables import parsed
+from handout.tables import parse_table
 
 _FORMAT, _VERSION = "handout-style", 1
 _MOST_LAYERS, _MOST_UNITS, _MOST_GAUSSIANS = 4, 1024, 64  # of a network: more are not used
@@ -117,14 +117,11 @@ def load(path: Path, data: bytes | None = None) -> tuple[dict[str, Any], Learned
             primers[name] = MovementSequence(rows[:, :2], rows[1:, 2] > 0, rows[1:, 3], rows[1:, 4])
         moves = DynamicsModel(parameters, head.inputs, mean, spread, told_mean, told_spread)
         model = LearnedMovement(moves, structure, primers)
-        return _tables(file.read("style.toml"), path), model
-
-
-def _tables(text: bytes, path: Path) -> dict[str, Any]:
-    try:
-        return parsed(text.decode())
-    except ValueError as error:
-        raise InputError(f"{path}: cannot be read as a style: {error}.") from error
+        text = file.read("style.toml")
+        try:
+            return parse_table(text.decode()), model
+        except ValueError as error:
+            raise InputError(f"{path}: cannot be read as a style: {error}.") from error
 
 
 def _parameters(file: Archive, name: str, inputs: int, head: NetworkHead, outputs: int) -> tuple[Floats, ...]:

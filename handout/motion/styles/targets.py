@@ -123,7 +123,11 @@ def find(xy: Array, height: float) -> Motif:
     # the targets of a small letter lie closer together
     unit = float(np.clip(_size(xy), _SMALL * height, height)) / _step(path)
     if ring:
-        places = _ring_targets(_space_targets(samples, corners, samples[:0], _SOON * unit), len(path) - 1, _LONG * unit)
+        # once round and back to the first, filled; at least three
+        spaced, count = _space_targets(samples, corners, samples[:0], _SOON * unit), len(path) - 1
+        spaced = spaced if len(spaced) else np.zeros(1, dtype=np.intp)
+        turn = np.concatenate([spaced, spaced[:1] + count])
+        places = np.unique(_fill_gaps(turn, min(_ROUND * (_LONG * unit), count / 3))[:-1] % count)
     else:
         places = _fill_gaps(_space_targets(samples, corners, ends, _SOON * unit), _LONG * unit)
     return Motif(path, path[places], np.isin(places, corners), corners, ring)
@@ -215,11 +219,3 @@ def _fill_gaps(places: Indices, most: float) -> Indices:
     """The targets, with further ones evenly between those more than `most` samples apart."""
     parts = [np.linspace(a, b, int(np.ceil((b - a) / most)) + 1)[:-1] for a, b in pairwise(places.tolist())]
     return np.unique(np.rint(np.concatenate([*parts, places[-1:]])).astype(np.intp))
-
-
-def _ring_targets(places: Indices, samples: int, most: float) -> Indices:
-    """Targets of a ring, filled as by `_fill_gaps`; at least three."""
-    first = places[:1] if len(places) else np.zeros(1, dtype=np.intp)
-    turn = np.concatenate([places if len(places) else first, first + samples])
-    longest = min(_ROUND * most, samples / 3)
-    return np.unique(_fill_gaps(turn, longest)[:-1] % samples)

@@ -157,7 +157,7 @@ class BaseController(Controller):
 
     def halt(self) -> None:
         """Stop and lift the pen; a signal that comes while it is lifted acts afterwards."""
-        with signals.deferred():
+        with signals.defer_signals():
             self.conversation.timeout = min(self.conversation.timeout, self.hurry)
             try:
                 self._stop_and_lift()

@@ -128,9 +128,9 @@ def halting(controller: Controller, harmless: tuple[type[Exception], ...] = ()) 
 
     harmless : errors that are raised before anything moves.
     """
-    with signals.deferred():
+    with signals.defer_signals():
         try:
-            with signals.heeded():
+            with signals.heed_signals():
                 yield
         except harmless:
             raise

@@ -78,7 +78,7 @@ class JobProgress:
 
 def read(path: Path) -> JobProgress:
     """How far a job has come; InputError if its journal cannot be read."""
-    return _standing(journal_lines.read(path))
+    return _standing(journal_lines.read_lines(path))
 
 
 def _standing(lines: Iterable[str | Damage]) -> JobProgress:

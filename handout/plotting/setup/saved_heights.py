@@ -92,7 +92,7 @@ def _try_profile(text: str, source: Path, path: Path, keys: dict[str, float]) ->
         trial = Path(folder) / path.name
         trial.write_text(text, encoding="utf-8")
         try:
-            profile = profiles.read(trial)
+            profile = profiles.read_profile(trial)
         except InputError as error:
             raise InputError(str(error).replace(str(trial), str(path))) from error
     if not isinstance(profile, Plotter) or any(getattr(profile.pen, key) != value for key, value in keys.items()):

@@ -55,14 +55,14 @@ class WriteRefused(Exception):
 
 def main(arguments: Sequence[str]) -> int:
     """Change a document as Inkscape asks; 0, or 1 where that is refused."""
-    asked = _asked(arguments)
+    asked = _parse_arguments(arguments)
     try:
-        names, root = _read(asked.document)
+        names, root = _read_document(asked.document)
         for prefix, address in names:
             xml.register_namespace(prefix, address)
         place = _place(root, asked.id)
-        drawing, told = _written(asked, place)
-        _put(root, drawing, place, told, asked)
+        drawing, told = _write_drawing(asked, place)
+        _insert_drawing(root, drawing, place, told, asked)
     except WriteRefused as error:
         print(error, file=sys.stderr)
         return 1
@@ -72,7 +72,7 @@ def main(arguments: Sequence[str]) -> int:
     return 0
 
 
-def _asked(arguments: Sequence[str]) -> Any:
+def _parse_arguments(arguments: Sequence[str]) -> Any:
     parser = argparse.ArgumentParser()
     for name in ("text", "hand", "align", "command", "ink", "fit"):
         parser.add_argument(f"--{name}", default="")
@@ -83,7 +83,7 @@ def _asked(arguments: Sequence[str]) -> Any:
     return parser.parse_known_args(arguments)[0]  # Inkscape says more than is needed here
 
 
-def _read(path: str | Path) -> tuple[list[tuple[str, str]], Element]:
+def _read_document(path: str | Path) -> tuple[list[tuple[str, str]], Element]:
     """The names of a document's namespaces, and its root; comments are kept."""
     try:
         data = Path(path).read_bytes()
@@ -101,7 +101,11 @@ def _read(path: str | Path) -> tuple[list[tuple[str, str]], Element]:
 def _place(root: Element, selected: Iterable[str]) -> Place:
     """x, y, width, height (px) of what is selected, and the margin in it; of the page, with its usual margin (None)."""
     width, height = _page(root)
-    points = [corner for name in selected for corner in _box(root, name)]
+    points: list[Point] = []  # about what is selected, px
+    for element in (_find_element(root, name) for name in selected):
+        if element is not None:
+            outside = _map_to(root, element)
+            points += [_map_point(outside, point) for point in _points(root, element)]
     if not points:
         return 0.0, 0.0, width, height, None
     left, right = min(x for x, _ in points), max(x for x, _ in points)
@@ -146,7 +150,7 @@ def _on_page(root: Element) -> Map:
     """The map from a document's units to px."""
     box = _view_box(root)
     if not box:
-        return _moved(0.0, 0.0)
+        return _make_shift(0.0, 0.0)
     width, height = _page(root)
     x, y = width / box[2], height / box[3]
     if not root.get("preserveAspectRatio", "").strip().startswith("none"):
@@ -163,35 +167,26 @@ def _map_to(root: Element, element: Element) -> Map:
         element = parents[element]
     found = _on_page(root)
     for one in reversed(chain):
-        found = _after(found, one)
+        found = _compose_maps(found, one)
     return found
 
 
-def _named(root: Element, name: str) -> Element | None:
+def _find_element(root: Element, name: str) -> Element | None:
     return next((element for element in root.iter() if name and element.get("id") == name), None)
-
-
-def _box(root: Element, name: str) -> list[Point]:
-    """Points about what an element covers, px; none if there is no such element, or it cannot be told."""
-    element = _named(root, name)
-    if element is None:
-        return []
-    outside = _map_to(root, element)
-    return [_at(outside, point) for point in _points(root, element)]
 
 
 def _points(root: Element, element: Element) -> list[Point]:
     """Points about an element, in its own units; curves lie within their control points."""
     kind = element.tag[len(_SVG) :] if isinstance(element.tag, str) and element.tag.startswith(_SVG) else ""
     if kind in ("g", "a"):
-        return [_at(_transform(child), point) for child in element for point in _points(root, child)]
+        return [_map_point(_transform(child), point) for child in element for point in _points(root, child)]
     if kind != "use":
         return _shape(kind, element)
-    target = _named(root, (element.get("href") or element.get(f"{_XLINK}href") or "")[1:])
+    target = _find_element(root, (element.get("href") or element.get(f"{_XLINK}href") or "")[1:])
     if target is None or target.tag in (element.tag, f"{_SVG}g"):  # what a group uses might be the group itself
         return []
-    moved = _after(_moved(_length(element.get("x")), _length(element.get("y"))), _transform(target))
-    return [_at(moved, point) for point in _points(root, target)]
+    moved = _compose_maps(_make_shift(_length(element.get("x")), _length(element.get("y"))), _transform(target))
+    return [_map_point(moved, point) for point in _points(root, target)]
 
 
 def _shape(kind: str, element: Element) -> list[Point]:
@@ -247,26 +242,26 @@ def _arguments(command: str, text: str) -> list[float]:
     return [float(number) for arc in _ARC.findall(text) for number in arc]
 
 
-def _moved(x: float, y: float) -> Map:
+def _make_shift(x: float, y: float) -> Map:
     return 1.0, 0.0, 0.0, 1.0, x, y
 
 
 def _transform(element: Element) -> Map:
     """What the transforms of an element do together."""
-    found = _moved(0.0, 0.0)
+    found = _make_shift(0.0, 0.0)
     for name, inside in re.findall(r"(\w+)\s*\(([^)]*)\)", element.get("transform", "")):
-        found = _after(found, _one(name, _numbers(inside)))
+        found = _compose_maps(found, _make_map(name, _numbers(inside)))
     return found
 
 
-def _one(name: str, n: list[float]) -> Map:
+def _make_map(name: str, n: list[float]) -> Map:
     """One transform; one that there is not changes nothing."""
     n = [*n, *[0.0] * (6 - len(n))] if name != "scale" or len(n) > 1 else [n[0], n[0]] if n else [1.0, 1.0]
     cos, sin, tan = math.cos(math.radians(n[0])), math.sin(math.radians(n[0])), math.tan(math.radians(n[0]))
     if name == "matrix":
         return n[0], n[1], n[2], n[3], n[4], n[5]
     if name == "translate":
-        return _moved(n[0], n[1])
+        return _make_shift(n[0], n[1])
     if name == "scale":
         return n[0], 0.0, 0.0, n[1], 0.0, 0.0
     if name == "rotate":
@@ -274,23 +269,14 @@ def _one(name: str, n: list[float]) -> Map:
     return 1.0, tan if name == "skewY" else 0.0, tan if name == "skewX" else 0.0, 1.0, 0.0, 0.0
 
 
-def _after(outer: Map, inner: Map) -> Map:
+def _compose_maps(outer: Map, inner: Map) -> Map:
     """The map that first does `inner`, then `outer`."""
     a, b, c, d, e, f = outer
     p, q, r, s, t, u = inner
     return a * p + c * q, b * p + d * q, a * r + c * s, b * r + d * s, a * t + c * u + e, b * t + d * u + f
 
 
-def _back(one: Map) -> Map:
-    """The map that undoes another."""
-    a, b, c, d, e, f = one
-    size = a * d - b * c
-    if abs(size) < 1e-12:
-        raise WriteRefused("The layer is scaled to nothing: choose another layer.")
-    return d / size, -b / size, -c / size, a / size, (c * f - d * e) / size, (b * e - a * f) / size
-
-
-def _at(one: Map, point: Point) -> Point:
+def _map_point(one: Map, point: Point) -> Point:
     a, b, c, d, e, f = one
     return a * point[0] + c * point[1] + e, b * point[0] + d * point[1] + f
 
@@ -315,7 +301,7 @@ def _command(given: str) -> str:
     )
 
 
-def _written(asked: Any, place: Place) -> tuple[Element, dict[str, Any]]:
+def _write_drawing(asked: Any, place: Place) -> tuple[Element, dict[str, Any]]:
     """The drawing that handout makes for a place, and what it tells of it."""
     text = asked.text.replace("\\n", "\n").replace("\\t", " ")  # so Inkscape hands on line breaks
     if not text.strip():
@@ -332,11 +318,11 @@ def _written(asked: Any, place: Place) -> tuple[Element, dict[str, Any]]:
     call += ["--ink", f"#{int(asked.ink, 0) >> 8 & 0xFFFFFF:06x}"] if asked.ink else []  # from red, green, blue, alpha
     with tempfile.TemporaryDirectory() as folder:
         drawing = Path(folder) / "writing.svg"
-        told = _run([*call, "--output", str(drawing)], text)
-        return _read(drawing)[1], told
+        told = _run_handout([*call, "--output", str(drawing)], text)
+        return _read_document(drawing)[1], told
 
 
-def _run(call: list[str], text: str) -> dict[str, Any]:
+def _run_handout(call: list[str], text: str) -> dict[str, Any]:
     surroundings = {name: value for name, value in os.environ.items() if name not in _OWN}
     surroundings["PYTHONUTF8"] = "1"
     hidden = getattr(subprocess, "CREATE_NO_WINDOW", 0)
@@ -356,12 +342,17 @@ def _run(call: list[str], text: str) -> dict[str, Any]:
     return told
 
 
-def _put(root: Element, drawing: Element, place: Place, told: dict[str, Any], asked: Any) -> None:
+def _insert_drawing(root: Element, drawing: Element, place: Place, told: dict[str, Any], asked: Any) -> None:
     """Put the strokes of a drawing into the document's current layer, in its units."""
     view = root.find(f"{_SODIPODI}namedview")
-    layer = _named(root, "" if view is None else view.get(f"{_INKSCAPE}current-layer", ""))
+    layer = _find_element(root, "" if view is None else view.get(f"{_INKSCAPE}current-layer", ""))
     layer = root if layer is None else layer
-    change = _after(_back(_map_to(root, layer)), (_MM, 0.0, 0.0, _MM, place[0], place[1]))
+    a, b, c, d, e, f = _map_to(root, layer)
+    size = a * d - b * c
+    if abs(size) < 1e-12:
+        raise WriteRefused("The layer is scaled to nothing: choose another layer.")
+    undone = (d / size, -b / size, -c / size, a / size, (c * f - d * e) / size, (b * e - a * f) / size)
+    change = _compose_maps(undone, (_MM, 0.0, 0.0, _MM, place[0], place[1]))
     taken = {element.get("id") for element in root.iter()}
     name = next(f"handout-{n}" for n in range(1, len(taken) + 2) if f"handout-{n}" not in taken)
     matrix = f"matrix({' '.join(f'{part:.8g}' for part in change)})"
@@ -369,10 +360,10 @@ def _put(root: Element, drawing: Element, place: Place, told: dict[str, Any], as
     group.set(f"{_INKSCAPE}label", " ".join(asked.text.replace("\\n", " ").split())[:40])
     said = f"Written by handout: hand {told.get('hand')}, seed {told.get('seed')}."
     xml.SubElement(group, f"{_SVG}desc").text = said
-    group.extend(_own(ink, f"{name}-") for ink in drawing.findall(f"{_SVG}g") if ink.get("class") == "ink")
+    group.extend(_prefix_names(ink, f"{name}-") for ink in drawing.findall(f"{_SVG}g") if ink.get("class") == "ink")
 
 
-def _own(ink: Element, prefix: str) -> Element:
+def _prefix_names(ink: Element, prefix: str) -> Element:
     """A layer of the drawing as a group whose names do not meet those of the document."""
     for element in ink.iter():
         if "id" in element.attrib:

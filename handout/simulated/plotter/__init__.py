@@ -16,9 +16,9 @@ from handout.profiles import Plotter
 from handout.simulated.plotter import options
 from handout.simulated.plotter.network import NetworkedPlotter
 from handout.simulated.plotter.port import SimulatedPlotter
-from handout.simulated.plotter.surroundings import disturbed
+from handout.simulated.plotter.surroundings import disturb_computer
 
-__all__ = ["NetworkedPlotter", "SimulatedPlotter", "disturbed", "plotter"]
+__all__ = ["NetworkedPlotter", "SimulatedPlotter", "disturb_computer", "plotter"]
 
 
 def plotter(profile: Plotter, query: str) -> SimulatedPlotter:

@@ -81,7 +81,7 @@ class Firmware(Protocol):
         """Whether it stands still and has nothing left to do."""
 
     @property
-    def next(self) -> float:
+    def next_event(self) -> float:
         """When something happens next by itself (a step, say), s; infinite: nothing will."""
 
     def step(self) -> None:

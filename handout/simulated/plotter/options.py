@@ -113,28 +113,20 @@ def parse(query: str) -> SimulatorOptions:
         elif re.fullmatch(r"\$\d{1,3}", name):
             values["settings"].append((int(name[1:]), _number(name, text)))
         elif name in _NUMBERS:
-            values["value" if name == "as" else name] = _whole(name, text)
+            least, greatest = _NUMBERS[name]
+            if not text.isascii() or not text.isdigit() or not least <= int(text) <= greatest:
+                raise InputError(f"sim: {name}={text} is not a whole number from {least} to {greatest}.")
+            values["value" if name == "as" else name] = int(text)
         elif name == "firmware":
-            values[name] = _version(text)
+            if not re.fullmatch(r"\d{1,3}(\.\d{1,3}){1,2}", text, re.ASCII):
+                raise InputError(f"sim: firmware={text} is not a version such as 2.8.1.")
+            values[name] = text
         else:
             names = ["fault", "variant", "network", "firmware", *_NUMBERS, *_QUANTITIES, "$20 and so on"]
             _one_of(name, names, "option")
     for name, usual in (("realtime", False), ("blank", False), ("motors", True)):
         values[name] = bool(values.get(name, usual))
     return msgspec.convert(values, SimulatorOptions)
-
-
-def _whole(name: str, text: str) -> int:
-    least, greatest = _NUMBERS[name]
-    if not text.isascii() or not text.isdigit() or not least <= int(text) <= greatest:
-        raise InputError(f"sim: {name}={text} is not a whole number from {least} to {greatest}.")
-    return int(text)
-
-
-def _version(text: str) -> str:
-    if not re.fullmatch(r"\d{1,3}(\.\d{1,3}){1,2}", text, re.ASCII):
-        raise InputError(f"sim: firmware={text} is not a version such as 2.8.1.")
-    return text
 
 
 def _number(name: str, text: str) -> float:
@@ -177,7 +169,7 @@ class Faults:
         self._struck = True
         return True
 
-    def damaged(self, data: bytes, ends: bytes) -> tuple[bytes, str]:
+    def damage_bytes(self, data: bytes, ends: bytes) -> tuple[bytes, str]:
         """What of the bytes the host writes sets off on the wire; and the fault that cuts the way short, if one does.
 
         A fault at the byte `at` of all that the host writes strikes there; without `at`, at the end of instruction
@@ -196,7 +188,7 @@ class Faults:
             return before, fault
         return before + self._instead(byte) + rest, ""
 
-    def answered(self, data: bytes) -> bytes:
+    def damage_answer(self, data: bytes) -> bytes:
         """What of an answer comes back to the host."""
         place, self.said = self.options.at - self.said, self.said + len(data)
         if self._struck or self.options.fault not in ANSWER_FAULTS or not 0 <= place < len(data):

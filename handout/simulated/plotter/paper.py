@@ -36,34 +36,34 @@ class DrawnPaper:
         self.power: list[tuple[float, float]] = []
 
     @property
-    def at(self) -> Steps:
+    def place(self) -> Steps:
         """Where the carriage is, in steps from the true zero."""
         return self.trace[-1][1]
 
-    def moved(self, now: float, believed: Steps) -> None:
+    def move_to(self, now: float, believed: Steps) -> None:
         """The controller has moved the carriage to where it believes it to be."""
         (x, y, z), shift = believed, self.shift
         self.trace.append((now, (x + shift[0], y + shift[1], z + shift[2])))
 
     def believe(self, believed: Steps) -> None:
         """The carriage stands still, and the controller changes its mind about where that is."""
-        x, y, z = (is_ - counted for is_, counted in zip(self.at, believed, strict=True))
+        x, y, z = (is_ - counted for is_, counted in zip(self.place, believed, strict=True))
         self.shift = (x, y, z)
 
-    def slipped(self, believed: Steps) -> Steps:
+    def slip_steps(self, believed: Steps) -> Steps:
         """The carriage is stopped dead: some steps are counted and not made; where the controller believes it."""
         counted = (believed[0] + _SLIP, believed[1] + _SLIP, believed[2])
         self.believe(counted)
         return counted
 
-    def homed(self, now: float) -> None:
+    def find_zero(self, now: float) -> None:
         """The carriage has found its true zero."""
-        self.trace.append((now, (0, 0, self.at[2])))
+        self.trace.append((now, (0, 0, self.place[2])))
 
-    def lifted(self, now: float) -> None:
+    def lift_pen(self, now: float) -> None:
         """A person lifts the pen, at once, whatever it was told a moment before."""
         if self.profile.pen.lift == "z":
-            self.trace.append((now, (*self.at[:2], round(self.profile.pen.up * self.steps[2]))))
+            self.trace.append((now, (*self.place[:2], round(self.profile.pen.up * self.steps[2]))))
         when = now - self.profile.pen.up_time
         while self.power and self.power[-1][0] > when:
             self.power.pop()
@@ -71,9 +71,9 @@ class DrawnPaper:
 
     def push_to_zero(self, now: float) -> None:
         """A person lifts the pen and pushes the carriage to its true zero, which the controller does not notice."""
-        believed = self.at[0] - self.shift[0], self.at[1] - self.shift[1]
-        self.lifted(now)
-        self.homed(now)
+        believed = self.place[0] - self.shift[0], self.place[1] - self.shift[1]
+        self.lift_pen(now)
+        self.find_zero(now)
         self.shift = (-believed[0], -believed[1], self.shift[2])
 
     def pen(self, now: float, value: float) -> None:
@@ -82,7 +82,7 @@ class DrawnPaper:
 
     def fresh(self, now: float) -> None:
         """A fresh sheet: what was drawn is gone with the last one."""
-        self.trace[:] = [(now, self.at)]
+        self.trace[:] = [(now, self.place)]
         del self.power[:-1]
 
     @property
@@ -90,11 +90,11 @@ class DrawnPaper:
         """Whether the pen is on the paper, or was last told to go there."""
         pen = self.profile.pen
         if pen.lift == "z":
-            height = self.at[2] / self.steps[2]
+            height = self.place[2] / self.steps[2]
             return abs(height - pen.down) < abs(height - pen.up)
         return bool(self.power) and _is_down(self.power[-1][1], pen)
 
-    def drawn(self, placement: BedPlacement) -> list[Stroke]:
+    def read_strokes(self, placement: BedPlacement) -> list[Stroke]:
         """Strokes on the page, with the times at which they were executed."""
         return strokes(self.trace, self.power, self.steps, self.profile.pen, placement)
 

@@ -97,7 +97,7 @@ class SimulatedPlotter(InstrumentedPort):
             self._advance(self._clock.monotonic() - self._epoch, heard=False)
 
     @property
-    def lost(self) -> int:
+    def lost_bytes(self) -> int:
         """Bytes that found the receive buffer full."""
         return self._wire.lost
 
@@ -111,15 +111,15 @@ class SimulatedPlotter(InstrumentedPort):
         """Put bytes on the wire."""
         self._catch_up()
         self._check_open()
-        comes, cut = self.faults.damaged(data, self._wire.framing.ends)
-        arrives = self._wire.put(comes, max(self.now, self._stalls) + self.options.latency)
+        comes, cut = self.faults.damage_bytes(data, self._wire.framing.ends)
+        arrives = self._wire.send_bytes(comes, max(self.now, self._stalls) + self.options.latency)
         if cut == "unplugged":
             self._gone = True
         elif cut == "power-cut":
             self._dies = arrives
         elif cut == "reset":
             self._begins = arrives
-            self._wire.put(data[len(comes) :], arrives)  # comes to a machine that has forgotten what was before
+            self._wire.send_bytes(data[len(comes) :], arrives)  # comes to a machine that has forgotten what was before
 
     def read(self, timeout: float) -> bytes:
         """What has been answered by now; if nothing has, what is answered next, within `timeout` seconds."""
@@ -163,7 +163,7 @@ class SimulatedPlotter(InstrumentedPort):
 
     def stand_at_zero(self) -> None:
         """A person lifts the pen and pushes the carriage to the machine's zero; the controller does not notice."""
-        self.paper.lifted(self.now)
+        self.paper.lift_pen(self.now)
         self._pass(_HANDS)
         self.paper.push_to_zero(self.now)
 
@@ -173,7 +173,7 @@ class SimulatedPlotter(InstrumentedPort):
 
     def executed(self) -> Drawing:
         """What the pen has drawn: strokes on the page, with the times at which they were executed."""
-        return Drawing(tuple(self.paper.drawn(self.placement)), self.page)
+        return Drawing(tuple(self.paper.read_strokes(self.placement)), self.page)
 
     @property
     def executed_s(self) -> float:
@@ -192,16 +192,16 @@ class SimulatedPlotter(InstrumentedPort):
 
     def _advance(self, until: float, heard: bool = True) -> None:
         """Let time pass until `until`, or only until something has been answered if that is `heard`."""
-        with signals.deferred():  # a machine hears nothing of them: its step is done first
-            self._run(until, heard)
+        with signals.defer_signals():  # a machine hears nothing of them: its step is done first
+            self._run_until(until, heard)
 
-    def _run(self, until: float, heard: bool) -> None:
+    def _run_until(self, until: float, heard: bool) -> None:
         while True:
             answer = self._out[0][0] if self._out and heard else math.inf
             event = min(answer, self._next_event())
             if answer <= self.now or event > until:
                 break
-            self._at(max(event, self.now))
+            self._set_clock(max(event, self.now))
             if self.now >= self._dies:
                 self._cut_power()
             if self.now >= self._begins:
@@ -213,20 +213,20 @@ class SimulatedPlotter(InstrumentedPort):
             for piece in self._wire.receive(self.now):
                 if self.firmware.urgent(piece):
                     self._restart()
-            if self.firmware.next <= self.now:
+            if self.firmware.next_event <= self.now:
                 self.firmware.step()
                 self._ended = self.now
             self._run_program()
         if not heard or not self._out or self._out[0][0] > self.now:
-            self._at(max(until, self.now))
+            self._set_clock(max(until, self.now))
 
     def _next_event(self) -> float:
         if self._silent:
             return math.inf
         wakes = self._wakes if isinstance(self._waits, float) else math.inf
-        return min(self._wire.next, float(self.firmware.next), wakes, self._dies, self._begins)
+        return min(self._wire.next_arrival, float(self.firmware.next_event), wakes, self._dies, self._begins)
 
-    def _at(self, now: float) -> None:
+    def _set_clock(self, now: float) -> None:
         self.now = self.firmware.now = now
 
     def _say(self, data: bytes) -> None:
@@ -235,7 +235,7 @@ class SimulatedPlotter(InstrumentedPort):
             return
         late = self.options.late if ok and self.faults.past("late") else 0.0
         soonest = max(self.now, self._stalls) + self.options.latency + len(data) * self._wire.byte + late
-        self._out.append((max(soonest, self._out[-1][0] if self._out else 0.0), self.faults.answered(data)))
+        self._out.append((max(soonest, self._out[-1][0] if self._out else 0.0), self.faults.damage_answer(data)))
 
     def _restart(self) -> None:
         self._wire.clear()

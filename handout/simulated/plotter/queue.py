@@ -21,7 +21,7 @@ class Axes:
     acceleration: list[float]
     deviation: float
 
-    def along(self, unit: Vector, limits: list[float]) -> float:
+    def limit_along(self, unit: Vector, limits: list[float]) -> float:
         """The greatest value in a direction that keeps every axis within its limit."""
         return min(limit / abs(part) for limit, part in zip(limits, unit, strict=True) if part != 0.0)
 
@@ -84,9 +84,9 @@ class MoveQueue:
     def limit(self, line: StepLine, feed: float) -> None:
         """Set how fast a new line may be run at a feed, how fast begun, and its acceleration."""
         axes = self.axes
-        line.nominal = max(min(feed, axes.along(line.unit, axes.speed)), 1 / 60)
+        line.nominal = max(min(feed, axes.limit_along(line.unit, axes.speed)), 1 / 60)
         line.most = min(self._corner(line.unit), line.nominal * line.nominal, self._nominal**2) if self.lines else 0.0
-        line.acceleration = axes.along(line.unit, axes.acceleration)
+        line.acceleration = axes.limit_along(line.unit, axes.acceleration)
 
     def _corner(self, unit: Vector) -> float:
         """Square of the speed at which the corner between the last move and a new direction may be taken."""
@@ -98,7 +98,7 @@ class MoveQueue:
             return math.inf
         x, y, z = unit[0] - last[0], unit[1] - last[1], unit[2] - last[2]
         norm = math.sqrt(x * x + y * y + z * z)
-        acceleration = self.axes.along((x / norm, y / norm, z / norm), self.axes.acceleration)
+        acceleration = self.axes.limit_along((x / norm, y / norm, z / norm), self.axes.acceleration)
         half = math.sqrt(0.5 * (1.0 - cosine))
         return acceleration * self.axes.deviation * half / (1.0 - half)
 

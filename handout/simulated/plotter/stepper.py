@@ -43,7 +43,7 @@ class _Ramp:
     def time(self) -> float:
         return self.up + self.level + self.down
 
-    def at(self, t: float) -> tuple[float, float]:
+    def state_at(self, t: float) -> tuple[float, float]:
         """Distance covered and speed, t seconds after the beginning."""
         if t <= self.up:
             return self.u * t + 0.5 * self.a * t * t, self.u + self.a * t
@@ -167,10 +167,10 @@ class Stepper:
         per_mm = line.count / line.whole
         while left == self._steps_left and end < ramp.time:
             end = end + _SLICE if end + _SLICE < ramp.time else ramp.time
-            gone, speed = ramp.at(end)
+            gone, speed = ramp.state_at(end)
             exact = (self._base - gone) * per_mm
             if exact < 1.25 and end < ramp.time and not self.holding:
-                end, (gone, speed) = ramp.time, ramp.at(ramp.time)
+                end, (gone, speed) = ramp.time, ramp.state_at(ramp.time)
             finished = end >= ramp.time and ramp.mm >= self._base
             exact = 0.0 if finished else (self._base - gone) * per_mm
             left = math.ceil(exact - 1e-9)

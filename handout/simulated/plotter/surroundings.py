@@ -23,7 +23,7 @@ while os.getppid() == parent:
 
 
 @contextlib.contextmanager
-def disturbed(query: str) -> Iterator[None]:
+def disturb_computer(query: str) -> Iterator[None]:
     """What the address of a simulated plotter asks for after ``sim:?`` (``disk=1s&busy=2``), as long as it is used."""
     options = parse(query)
     with slow_disk(options.disk), busy_processor(options.busy):

@@ -25,7 +25,7 @@ class Framing:
         self.ends = ends
         self._ends, self._immediate = frozenset(ends), frozenset(immediate)
 
-    def cut(self, data: bytes) -> Iterator[tuple[bytes, bool]]:
+    def cut_pieces(self, data: bytes) -> Iterator[tuple[bytes, bool]]:
         """Pieces of what is sent, each up to the end of an instruction; and whether a piece acts on reception.
 
         A framing in which several bytes together act on reception keeps them until they are complete.
@@ -45,7 +45,7 @@ class Framing:
 
 
 @dataclass(slots=True)
-class _Piece:
+class _WirePiece:
     """Bytes up to the end of an instruction, or some that act on reception; `first` is when the first is in, s."""
 
     first: float
@@ -72,22 +72,22 @@ class Wire:
         self.size, self.byte, self.framing = size, byte, framing
         self.lost = 0
         self.deaf_until = 0.0  # s; what comes before that is lost
-        self._under_way: deque[_Piece] = deque()
+        self._under_way: deque[_WirePiece] = deque()
         self._free = 0.0
         self._buffer = bytearray()  # received, not read
         self._line = bytearray()  # read, the instruction is not complete
 
-    def put(self, data: bytes, now: float) -> float:
+    def send_bytes(self, data: bytes, now: float) -> float:
         """Send bytes off; returns when the last of them will be in, s."""
         at = max(self._free, now)
-        for piece, urgent in self.framing.cut(data):
-            self._under_way.append(_Piece(at + self.byte, piece, urgent))
+        for piece, urgent in self.framing.cut_pieces(data):
+            self._under_way.append(_WirePiece(at + self.byte, piece, urgent))
             at += len(piece) * self.byte
         self._free = at
         return at
 
     @property
-    def next(self) -> float:
+    def next_arrival(self) -> float:
         """When the next instruction is complete or the next urgent piece comes in, s."""
         if not self._under_way or (self.framing.blocks and not self._under_way[0].urgent and self.room <= 1):
             return math.inf
@@ -114,7 +114,7 @@ class Wire:
             self._under_way.popleft()
         return urgent
 
-    def _store(self, piece: _Piece, many: int) -> bool:
+    def _store(self, piece: _WirePiece, many: int) -> bool:
         """Put the bytes of a piece that have arrived into the buffer; whether that was all of it."""
         fresh = piece.data[piece.read : many]
         if piece.first + piece.read * self.byte < self.deaf_until:

@@ -59,14 +59,14 @@ def check(names: Iterable[str]) -> frozenset[str]:
     return asked
 
 
-def managed(device: Array) -> Array:
+def manage_colour(device: Array) -> Array:
     """(n, 3) what a driver that manages colour makes of device RGB (n, 3), 0–1."""
     linear = np.where(device <= 0.04045, device / 12.92, ((device + 0.055) / 1.055) ** 2.4)
     turned = np.clip(linear @ _TO_ADOBE.T, 0, 1) ** (1 / _ADOBE_GAMMA)
     return np.asarray(turned**_LIGHTER)
 
 
-def laid(coverage: Array, names: Iterable[str]) -> Array:
+def lay_ink(coverage: Array, names: Iterable[str]) -> Array:
     """(n, 4) what is laid down of what the driver asks for, (n, 4)."""
     amounts = np.array(coverage, dtype=np.float64)
     if "ink-limit" in names:
@@ -76,7 +76,7 @@ def laid(coverage: Array, names: Iterable[str]) -> Array:
     return amounts
 
 
-def fitted(page: NDArray[np.uint8]) -> NDArray[np.uint8]:
+def shrink_page(page: NDArray[np.uint8]) -> NDArray[np.uint8]:
     """The page (h, w, 3) made smaller about its middle, white around it."""
     import cv2
 
@@ -88,13 +88,13 @@ def fitted(page: NDArray[np.uint8]) -> NDArray[np.uint8]:
     )
 
 
-def blocked(rows: int, dpi: float) -> NDArray[np.bool_]:
+def find_blocked_rows(rows: int, dpi: float) -> NDArray[np.bool_]:
     """(rows,) whether the nozzles that would print the row are blocked."""
     at = _in_pass(rows, dpi)
     return np.asarray(np.logical_or.reduce([(at >= start) & (at < stop) for start, stop in _BLOCKED]))
 
 
-def banded(rows: int, dpi: float) -> NDArray[np.float32]:
+def weaken_rows(rows: int, dpi: float) -> NDArray[np.float32]:
     """(rows,) how much of its ink every row gets, 0–1."""
     at = _in_pass(rows, dpi)
     ink = 1 - _FADING * at / _PASS

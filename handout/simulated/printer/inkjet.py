@@ -114,7 +114,7 @@ def primaries(paper: Array, surface: float, transmittances: Array) -> Array:
     return np.asarray(surface + (paper - surface) * through)
 
 
-def mixed(coverage: Array, overlaps: Array, n: float) -> Array:
+def mix_halftone(coverage: Array, overlaps: Array, n: float) -> Array:
     """(m, k) reflectance of a halftone: R = (Σ w_i R_i^(1/n))^n, w after Demichel.
 
     Parameters
@@ -124,7 +124,7 @@ def mixed(coverage: Array, overlaps: Array, n: float) -> Array:
     return np.asarray((demichel(coverage) @ overlaps ** (1 / n)) ** n)
 
 
-def gained(coverage: Array, gain: float) -> Array:
+def grow_dots(coverage: Array, gain: float) -> Array:
     """Coverage after dots have grown: a + 4 g a (1 − a), so that a half becomes a half + g.
 
     Raises
@@ -137,7 +137,7 @@ def gained(coverage: Array, gain: float) -> Array:
     return np.asarray(coverage + 4 * gain * coverage * (1 - coverage))
 
 
-def separated(device: Array) -> Array:
+def separate_inks(device: Array) -> Array:
     """(n, 4) cyan, magenta, yellow and black asked for by device RGB (n, 3) in 0–1.
 
     Black comes in with the square of the grey that the three have in common, and half of it is taken from each of
@@ -190,9 +190,9 @@ class Inkjet(Press):
         self._overlaps = primaries(self.paper.spectrum, self.paper.surface, transmittances())
 
     def separate(self, device: Array) -> Array:
-        """(n, 4) what the driver asks for; see `separated`."""
-        return separated(device)
+        """(n, 4) what the driver asks for; see `separate_inks`."""
+        return separate_inks(device)
 
     def spectra(self, coverage: Array) -> Array:
         """(n, 31) reflectance of what was asked for."""
-        return mixed(gained(np.asarray(coverage), self.gain), self._overlaps, self.n)
+        return mix_halftone(grow_dots(np.asarray(coverage), self.gain), self._overlaps, self.n)

@@ -35,7 +35,7 @@ def ink_of(colour: Array, paper: Array, flatbed: Flatbed) -> Array:
     return np.interp(WAVELENGTHS, WAVELENGTHS[at[order]], density[order])
 
 
-def written(sheet: SimulatedSheet, field: tuple[float, float, float, float], amount: NDArray[Any], dpi: float,
+def write_on_sheet(sheet: SimulatedSheet, field: tuple[float, float, float, float], amount: NDArray[Any], dpi: float,
             density: Array, sharpened: float = 0.0) -> SimulatedSheet:  # fmt: skip
     """A sheet on which somebody wrote.
 

@@ -64,7 +64,7 @@ class Press(ABC):
         """(n, 3) RGB in 0–1, as an ideal flatbed shows even patches of device RGB (n, 3), 0–1; not rounded."""
         return Flatbed.ideal().see(self.reflectance(device))
 
-    def printed(
+    def print_page(
         self,
         page: NDArray[np.uint8],
         dpi: float,
@@ -90,22 +90,22 @@ class Press(ABC):
         index, colours = _colour_sheet(self._lay_ink(page, dpi, margins))
         coverage = self._coverage(colours / 255)
         if "clogged" in self.faults:
-            index[faults.blocked(len(page), dpi)] += len(coverage)
+            index[faults.find_blocked_rows(len(page), dpi)] += len(coverage)
             coverage = np.concatenate([coverage, coverage * [0.0, 1.0, 1.0, 1.0]])
         # the last mixture is bare paper
         coverage = np.concatenate([coverage, np.zeros((1, 4))])
         return SimulatedSheet(coverage, index, self.spectra, dpi, self._ink(index.shape, dpi, rng))
 
     def _coverage(self, device: Array) -> Array:
-        asked = self.separate(faults.managed(device) if "managed" in self.faults else device)
-        return faults.laid(asked, self.faults)
+        asked = self.separate(faults.manage_colour(device) if "managed" in self.faults else device)
+        return faults.lay_ink(asked, self.faults)
 
     def _lay_ink(self, page: NDArray[np.uint8], dpi: float, margins: Margins | None) -> NDArray[np.uint8]:
         """The page as it falls on the sheet."""
         if "mirrored" in self.faults:
             page = page[:, ::-1]
         if "fit-to-page" in self.faults:
-            page = faults.fitted(page)
+            page = faults.shrink_page(page)
         if margins is None:
             return page
         left, top, right, bottom = (
@@ -119,7 +119,7 @@ class Press(ABC):
     def _ink(self, shape: tuple[int, ...], dpi: float, rng: np.random.Generator | None) -> NDArray[np.float32] | None:
         ink = None
         if "banding" in self.faults:
-            ink = faults.banded(shape[0], dpi)[:, None]
+            ink = faults.weaken_rows(shape[0], dpi)[:, None]
         if self.grain:
             if rng is None:
                 raise ValueError("grain needs a generator")

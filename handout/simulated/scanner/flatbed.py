@@ -146,7 +146,7 @@ class FlatbedSettings:
         return replace(cls.ideal(), gamma=1.0)
 
     @classmethod
-    def worn(cls) -> Self:
+    def make_worn(cls) -> Self:
         """An old one with its lid up: dust, tired lamp, dark border, paper not shown as white."""
         return cls(
             skew=0.009, slack=1.0, border=2.0, lid=0.25, shadow=0.5, blur=0.05, noise=0.010, white=1.0, gamma=1 / 1.05,
@@ -165,15 +165,15 @@ class FlatbedSettings:
         """(n, 3) in 0–1, what is shown of even patches of (n, 31) reflectance, all else being ideal; not rounded."""
         span = self.white - self.black
         light = np.clip((np.asarray(spectra) @ self.bands - self.black) / span, 0, 1)
-        return np.asarray(self.toned(light, 1 / self.gamma))
+        return np.asarray(self.apply_tone(light, 1 / self.gamma))
 
-    def shown(self, light: NDArray[np.float32]) -> NDArray[np.float32]:
+    def show_light(self, light: NDArray[np.float32]) -> NDArray[np.float32]:
         """(…, 3) in 0–1, what is shown of light (…, 3), 1 being white; not rounded."""
         span = np.float32(1 / (self.white - self.black))
         between = np.clip((light - np.float32(self.black)) * span, 0, 1)
-        return np.asarray(self.toned(between, 1 / self.gamma))
+        return np.asarray(self.apply_tone(between, 1 / self.gamma))
 
-    def toned(self, light: Any, power: float) -> Any:
+    def apply_tone(self, light: Any, power: float) -> Any:
         """(…, 3) what is shown, 0–1, of light (…, 3) between black and white, 0–1."""
         if self.srgb:
             linear = np.clip(light @ _PURER.T.astype(light.dtype), 0, 1)

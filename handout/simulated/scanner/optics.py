@@ -29,12 +29,12 @@ def lamp(loss: float, field: Field, sampled: NDArray[np.floating]) -> Lamp:
     """
     least, span = float(sampled.min()), max(float(np.ptp(sampled)), 1e-9)
 
-    def lit(x: NDArray[np.floating], y: NDArray[np.floating]) -> Floats:
+    def light_at(x: NDArray[np.floating], y: NDArray[np.floating]) -> Floats:
         if not loss:
             return np.ones((len(y), len(x)), dtype=np.float32)
         return np.asarray(1 - loss * (field(x, y) - least) / span, dtype=np.float32)
 
-    return lit
+    return light_at
 
 
 def kernels(flatbed: FlatbedSettings, dpi: float) -> Kernels:
@@ -61,7 +61,7 @@ def _bell(sigma: float, shift: float) -> Array:
     return np.asarray(weight / weight.sum())
 
 
-def blurred(rows: Floats, blur: Kernels) -> Floats:
+def blur_rows(rows: Floats, blur: Kernels) -> Floats:
     """Rows (n, w, 3) after the optics."""
     import cv2
 

@@ -127,16 +127,13 @@ def dust(place: GlassPlacement, flatbed: FlatbedSettings, rng: np.random.Generat
         grey = round(255 * rng.uniform(*_CLEAR))
         size = min(_SIZE * math.exp(rng.normal(0.0, _SPREAD)), _LARGEST) * scale
         if rng.random() < _HAIRS:
-            points = np.rint(_hair(at, scale, rng) * 2**_FINER).astype(np.int32)[:, None]
+            # a bent fibre of a millimetre or so
+            heading = rng.uniform(0, 2 * math.pi) + np.cumsum(rng.normal(0.0, 0.25, 12))
+            step = rng.uniform(0.05, 0.2) * scale
+            fibre = at + np.cumsum(step * np.column_stack([np.cos(heading), np.sin(heading)]), axis=0)
+            points = np.rint(fibre * 2**_FINER).astype(np.int32)[:, None]
             cv2.polylines(clear, [points], False, grey, max(1, round(0.7 * size)), cv2.LINE_AA, _FINER)
         else:
             middle = tuple(np.rint(at * 2**_FINER).astype(int).tolist())
             cv2.circle(clear, middle, round(size * 2**_FINER), grey, -1, cv2.LINE_AA, _FINER)
     return clear.astype(np.float32) * np.float32(1 / 255)
-
-
-def _hair(at: Array, scale: float, rng: np.random.Generator) -> Array:
-    """(12, 2) pixels along a bent fibre of a millimetre or so."""
-    heading = rng.uniform(0, 2 * math.pi) + np.cumsum(rng.normal(0.0, 0.25, 12))
-    step = rng.uniform(0.05, 0.2) * scale
-    return np.asarray(at + np.cumsum(step * np.column_stack([np.cos(heading), np.sin(heading)]), axis=0))

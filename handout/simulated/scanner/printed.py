@@ -48,13 +48,18 @@ def scan(sheet: SimulatedSheet, dpi: float, flatbed: FlatbedSettings, rng: np.ra
     InputError
         A resolution outside 50–1200 dpi, or a crop that leaves nothing.
     """
+    import cv2
+
     if not _DPI[0] <= dpi <= _DPI[1]:
         raise InputError(f"flatbed: {dpi:g} dpi is outside {_DPI[0]:g} to {_DPI[1]:g}.")
     place = lay(sheet.page, dpi, flatbed, rng)
     lamp = _lamp(flatbed, rng)
     glare = _glare(place, flatbed, rng)
     specks = dust(place, flatbed, rng)
-    light = _sharp_enough(sheet.reflectance(flatbed.bands), sheet.dpi, dpi)
+    light = sheet.reflectance(flatbed.bands)
+    if dpi < sheet.dpi:  # a pixel of the scan sees all that lies under it
+        down, across = (max(1, round(side * dpi / sheet.dpi)) for side in light.shape[:2])
+        light = np.asarray(cv2.resize(light, (across, down), interpolation=cv2.INTER_AREA))
     flare = _flare(light, sheet.page, flatbed)
     tone = _fit_automatic(light) if flatbed.automatic else (_middle_tone if flatbed.middle else _tone)(light, flatbed)
     blur = optics.kernels(flatbed, dpi)
@@ -67,11 +72,20 @@ def scan(sheet: SimulatedSheet, dpi: float, flatbed: FlatbedSettings, rng: np.ra
         if specks is not None:
             under *= specks[np.clip(rows, 0, height - 1).astype(int), :, None]
         inner = slice(halo, len(rows) - halo)
-        lit = optics.blurred(under, blur)[inner]
+        lit = optics.blur_rows(under, blur)[inner]
         lit = lit * lamp((np.arange(width) + 0.5) / width, (rows[inner] + 0.5) / height)[:, :, None]
         lit += glare(rows[inner])[:, :, None]
-        picture[start : start + optics.ROWS] = _quantise(optics.noisy(lit, flatbed.noise, rng), tone, flatbed)
-    return _store_picture(_crop(picture, dpi, flatbed), flatbed)
+        black, white, power = tone
+        noisy = optics.noisy(lit, flatbed.noise, rng)
+        shown = np.asarray(flatbed.apply_tone(np.clip((noisy - black) / (white - black), 0, 1), power))
+        shown *= np.float32(2**flatbed.bits - 1)
+        picture[start : start + optics.ROWS] = np.rint(shown, out=shown)
+    top, right, bottom, left = (round(edge * dpi / 25.4) for edge in flatbed.crop)
+    height, width = picture.shape[:2]
+    if top + bottom >= height or left + right >= width:
+        raise InputError(f"flatbed: crop {flatbed.crop} mm leaves nothing of the sheet.")
+    cropped = np.ascontiguousarray(picture[top : height - bottom, left : width - right])
+    return _store_picture(cropped, flatbed)
 
 
 def _lamp(flatbed: FlatbedSettings, rng: np.random.Generator) -> optics.Lamp:
@@ -101,16 +115,6 @@ def _glare(place: GlassPlacement, flatbed: FlatbedSettings, rng: np.random.Gener
     return glare
 
 
-def _sharp_enough(light: Floats, sheet_dpi: float, dpi: float) -> Floats:
-    """The sheet's light at no more than the resolution of the scan: a pixel of it sees all that lies under it."""
-    import cv2
-
-    if dpi >= sheet_dpi:
-        return light
-    height, width = (max(1, round(side * dpi / sheet_dpi)) for side in light.shape[:2])
-    return np.asarray(cv2.resize(light, (width, height), interpolation=cv2.INTER_AREA))
-
-
 def _flare(light: Floats, page: Page, flatbed: FlatbedSettings) -> Floats | None:
     """(h', w', 3) light of the surroundings, a pixel a millimetre."""
     import cv2
@@ -131,7 +135,7 @@ def _see_rows(
     x, y = place.on_sheet(rows)
     lid = (flatbed.lid,) * 3
 
-    def taken(picture: Floats, mode: int) -> Floats:
+    def sample_picture(picture: Floats, mode: int) -> Floats:
         across, down = (
             np.float32(n / side) for n, side in zip(picture.shape[1::-1], (page.width, page.height), strict=True)
         )
@@ -140,10 +144,10 @@ def _see_rows(
             cv2.remap(picture, x * across - half, y * down - half, cv2.INTER_LINEAR, borderMode=mode, borderValue=lid)
         )
 
-    under = taken(light, cv2.BORDER_CONSTANT)
+    under = sample_picture(light, cv2.BORDER_CONSTANT)
     if flare is not None:
         under *= np.float32(1 - flatbed.flare)
-        under += np.float32(flatbed.flare) * taken(flare, cv2.BORDER_REPLICATE)
+        under += np.float32(flatbed.flare) * sample_picture(flare, cv2.BORDER_REPLICATE)
     return under
 
 
@@ -171,22 +175,6 @@ def _fit_automatic(light: Floats) -> _Tone:
     mean = float(np.clip((pixels - black) / (white - black), 0, 1).mean())
     power = math.log(_MIDDLE) / math.log(min(max(mean, 0.02), 0.98))
     return black, white, min(max(power, 1 / 3), 1.0)
-
-
-def _quantise(light: Floats, tone: _Tone, flatbed: FlatbedSettings) -> Floats:
-    """(n, w, 3) numbers of the picture, rounded."""
-    black, white, power = tone
-    shown = np.asarray(flatbed.toned(np.clip((light - black) / (white - black), 0, 1), power))
-    shown *= np.float32(2**flatbed.bits - 1)
-    return np.asarray(np.rint(shown, out=shown))
-
-
-def _crop(picture: Picture, dpi: float, flatbed: FlatbedSettings) -> Picture:
-    top, right, bottom, left = (round(edge * dpi / 25.4) for edge in flatbed.crop)
-    height, width = picture.shape[:2]
-    if top + bottom >= height or left + right >= width:
-        raise InputError(f"flatbed: crop {flatbed.crop} mm leaves nothing of the sheet.")
-    return np.ascontiguousarray(picture[top : height - bottom, left : width - right])
 
 
 def _store_picture(picture: Picture, flatbed: FlatbedSettings) -> Picture:

@@ -64,7 +64,7 @@ class Text:
 
 
 @dataclass(frozen=True, eq=False)
-class _Frame:
+class _ElementFrame:
     """What holds where an element stands: the map into mm, the style, the layer, the size of the viewport in px."""
 
     to_mm: Array
@@ -100,38 +100,43 @@ class Walk:
             An element that cannot be read; elements that use themselves, or so many others that there is no end.
         """
         width, height = size(self.root)
-        to_mm = frames.after(np.eye(2, 3) * frames.PX, frames.viewport(self.root.attrib, width, height))
+        to_mm = frames.compose_maps(np.eye(2, 3) * frames.PX, frames.viewport(self.root.attrib, width, height))
         box = frames.view_box(self.root.get("viewBox"))
         inside = (box[2], box[3]) if box else (width, height)
-        style = SvgStyle().inside(self._sheet.of("svg", self.root.attrib))
+        style = SvgStyle().inside(self._sheet.find_properties("svg", self.root.attrib))
         if style.shown:
-            yield from self._children(self.root, _Frame(to_mm, style, "", inside, 0))
+            yield from self._children(self.root, _ElementFrame(to_mm, style, "", inside, 0))
 
-    def _children(self, parent: Element, frame: _Frame) -> Iterator[Subpath]:
+    def _children(self, parent: Element, frame: _ElementFrame) -> Iterator[Subpath]:
         for child in parent:
             yield from self._element(child, frame)
             if parent.tag == "switch" and child.tag in _GROUPS | _SHAPES | {"use"}:
                 break
 
-    def _element(self, element: Element, frame: _Frame) -> Iterator[Subpath]:
+    def _element(self, element: Element, frame: _ElementFrame) -> Iterator[Subpath]:
         tag = element.tag
         if tag not in _DRAWN or (tag == "symbol" and element not in self._using):
             return
         self._used += bool(self._using)
         if self._used > _MOST_USED or frame.depth > _DEEPEST:
             raise InputError(f"More than {_MOST_USED} elements are drawn by <use>: simplify the drawing.")
-        properties = self._sheet.of(tag, element.attrib)
+        properties = self._sheet.find_properties(tag, element.attrib)
         style = frame.style.inside(properties)
         if not style.shown:
             return
         for name in ("clip-path", "mask"):
             if properties.get(name, "none") != "none":
                 self.left_out[f"{name.partition('-')[0]} (what it hides is drawn)"] += 1
-        to_mm = frames.after(frame.to_mm, self._transform(element, properties))
-        layer = _layer(element) or frame.layer
-        yield from self._content(element, _Frame(to_mm, style, layer, frame.size, frame.depth + 1))
+        try:
+            to_mm = frames.compose_maps(frame.to_mm, frames.transform(properties.get("transform")))
+        except InputError as error:
+            raise InputError(f"<{element.tag}{_id(element)}>: {error}.") from None
+        layer = frame.layer
+        if element.tag == "g" and element.get("groupmode") == "layer":  # as Inkscape writes them
+            layer = element.get("label") or element.get("id") or layer
+        yield from self._content(element, _ElementFrame(to_mm, style, layer, frame.size, frame.depth + 1))
 
-    def _content(self, element: Element, frame: _Frame) -> Iterator[Subpath]:
+    def _content(self, element: Element, frame: _ElementFrame) -> Iterator[Subpath]:
         """What an element draws, given what holds inside it."""
         tag = element.tag
         if tag == "text" and self.texts is not None and frame.style.visible:
@@ -146,32 +151,26 @@ class Walk:
         elif frame.style.visible:
             yield from self._shape(element, frame)
 
-    def _transform(self, element: Element, properties: Mapping[str, str]) -> Array:
-        try:
-            return frames.transform(properties.get("transform"))
-        except InputError as error:
-            raise InputError(f"<{element.tag}{_id(element)}>: {error}.") from None
-
-    def _use(self, element: Element, frame: _Frame) -> Iterator[Subpath]:
+    def _use(self, element: Element, frame: _ElementFrame) -> Iterator[Subpath]:
         target = self._named.get((element.get("href") or "").removeprefix("#"))
         if target is None:
             return
         if target in self._using:
             raise InputError(f"<use{_id(element)}> uses what it is part of, without end: remove it.")
         at = frames.shift(self._length(element, "x", frame.size[0]), self._length(element, "y", frame.size[1]))
-        to_mm = frames.after(frame.to_mm, at)
+        to_mm = frames.compose_maps(frame.to_mm, at)
         self._using.append(target)
-        yield from self._element(target, _Frame(to_mm, frame.style, frame.layer, frame.size, frame.depth))
+        yield from self._element(target, _ElementFrame(to_mm, frame.style, frame.layer, frame.size, frame.depth))
         self._using.pop()
 
-    def _viewport(self, element: Element, frame: _Frame) -> _Frame:
+    def _viewport(self, element: Element, frame: _ElementFrame) -> _ElementFrame:
         width = self._length(element, "width", frame.size[0], frame.size[0])
         height = self._length(element, "height", frame.size[1], frame.size[1])
         x, y = self._length(element, "x", frame.size[0]), self._length(element, "y", frame.size[1])
-        inner = frames.after(frames.shift(x, y), frames.viewport(element.attrib, width, height))
+        inner = frames.compose_maps(frames.shift(x, y), frames.viewport(element.attrib, width, height))
         box = frames.view_box(element.get("viewBox"))
         inside = (box[2], box[3]) if box else (width, height)
-        return _Frame(frames.after(frame.to_mm, inner), frame.style, frame.layer, inside, frame.depth)
+        return _ElementFrame(frames.compose_maps(frame.to_mm, inner), frame.style, frame.layer, inside, frame.depth)
 
     def _length(self, element: Element, name: str, whole: float, default: float = 0.0) -> float:
         try:
@@ -179,10 +178,10 @@ class Walk:
         except InputError as error:
             raise InputError(f"<{element.tag}{_id(element)}>: {name}: {error}.") from None
 
-    def _shape(self, element: Element, frame: _Frame) -> Iterator[Subpath]:
+    def _shape(self, element: Element, frame: _ElementFrame) -> Iterator[Subpath]:
         style = frame.style
-        if not style.stroked:
-            self.left_out["filled outline without a stroke"] += style.filled
+        if not style.is_stroked:
+            self.left_out["filled outline without a stroke"] += style.is_filled
             return
         paths = self._paths(element, frame.size)
         if style.dashed and paths:
@@ -195,7 +194,7 @@ class Walk:
             self._lines += 1
             yield Subpath(placed, frame.layer, style.colour, element.attrib)
 
-    def _text(self, element: Element, frame: _Frame) -> None:
+    def _text(self, element: Element, frame: _ElementFrame) -> None:
         """Take a text apart where its place, size or colour changes; runs of blanks are one, as SVG has them."""
         style = frame.style
         found = [Text("", frame.to_mm, 0.0, 0.0, 0.0, style.size, style.anchor, frame.layer, "", self._lines)]
@@ -212,7 +211,7 @@ class Walk:
             self.texts += found
 
     def _strings(
-        self, element: Element, frame: _Frame, style: SvgStyle, moves: dict[str, float]
+        self, element: Element, frame: _ElementFrame, style: SvgStyle, moves: dict[str, float]
     ) -> Iterator[tuple[str, SvgStyle, dict[str, float]]]:
         """The strings of a text in order, each with its style and where those elements put it that begin with it."""
         moves = moves | self._moves(element, frame.size, style.size)
@@ -221,7 +220,7 @@ class Walk:
             pieces += [child, child.tail]
         for piece in pieces:
             if isinstance(piece, Element):
-                inner = style.inside(self._sheet.of(piece.tag, piece.attrib))
+                inner = style.inside(self._sheet.find_properties(piece.tag, piece.attrib))
                 self.left_out["text on a path"] += piece.tag == "textPath" and inner.shown
                 drawn = piece.tag in ("tspan", "a") and inner.shown and inner.visible
                 strings = list(self._strings(piece, frame, inner, moves)) if drawn else []
@@ -260,20 +259,17 @@ class Walk:
             ends = [[self._length(element, f"x{i}", wide), self._length(element, f"y{i}", high)] for i in (1, 2)]
             return [pathdata.polyline(np.array(ends))]
         if tag == "rect":
-            return self._rectangle(element, wide, high)
+            x, y = self._length(element, "x", wide), self._length(element, "y", high)
+            width, height = self._length(element, "width", wide), self._length(element, "height", high)
+            rx, ry = self._length(element, "rx", wide, -1.0), self._length(element, "ry", high, -1.0)
+            rx, ry = (ry if rx < 0 else rx), (rx if ry < 0 else ry)
+            return [pathdata.rectangle(x, y, width, height, rx, ry)] if min(width, height) > _LEAST else []
         cx, cy = self._length(element, "cx", wide), self._length(element, "cy", high)
         if tag == "circle":
             rx = ry = self._length(element, "r", across)
         else:
             rx, ry = self._length(element, "rx", wide), self._length(element, "ry", high)
         return [pathdata.ellipse(cx, cy, rx, ry)] if min(rx, ry) > _LEAST else []
-
-    def _rectangle(self, element: Element, wide: float, high: float) -> list[Array]:
-        x, y = self._length(element, "x", wide), self._length(element, "y", high)
-        width, height = self._length(element, "width", wide), self._length(element, "height", high)
-        rx, ry = self._length(element, "rx", wide, -1.0), self._length(element, "ry", high, -1.0)
-        rx, ry = (ry if rx < 0 else rx), (rx if ry < 0 else ry)
-        return [pathdata.rectangle(x, y, width, height, rx, ry)] if min(width, height) > _LEAST else []
 
     def _corners(self, element: Element, *, closed: bool) -> list[Array]:
         try:
@@ -309,13 +305,6 @@ def size(root: Element) -> tuple[float, float]:
         else:
             sides[1] = sides[0] * box[3] / box[2]
     return sides[0], sides[1]
-
-
-def _layer(element: Element) -> str:
-    """The name of the layer that an element is, as Inkscape writes them."""
-    if element.tag == "g" and element.get("groupmode") == "layer":
-        return element.get("label") or element.get("id") or ""
-    return ""
 
 
 def _id(element: Element) -> str:

@@ -52,7 +52,7 @@ def is_share(text: str | None) -> bool:
     return text is None or text.strip() in ("", "auto") or text.strip().endswith("%")
 
 
-def after(outer: Array, inner: Array) -> Array:
+def compose_maps(outer: Array, inner: Array) -> Array:
     """The map that first does `inner`, then `outer`."""
     return np.column_stack([outer[:, :2] @ inner[:, :2], outer[:, :2] @ inner[:, 2] + outer[:, 2]])
 
@@ -73,7 +73,7 @@ def transform(text: str | None) -> Array:
         raise InputError(f"the transform {text[:40]!r} cannot be read")
     for name, inside in _TRANSFORM.findall(text):
         try:
-            matrix = after(matrix, _map_of(name, numbers(inside)))
+            matrix = compose_maps(matrix, _map_of(name, numbers(inside)))
         except (ValueError, TypeError, OverflowError):
             raise InputError(f"the transform {name}({inside[:30]}) cannot be read") from None
     return matrix
@@ -105,7 +105,7 @@ def shift(x: float, y: float = 0.0) -> Array:
 def _rotate(angle: float, x: float = 0.0, y: float = 0.0) -> Array:
     cos, sin = math.cos(math.radians(angle)), math.sin(math.radians(angle))
     turn = np.array([[cos, -sin, 0.0], [sin, cos, 0.0]])
-    return after(shift(x, y), after(turn, shift(-x, -y)))
+    return compose_maps(shift(x, y), compose_maps(turn, shift(-x, -y)))
 
 
 def view_box(text: str | None) -> tuple[float, float, float, float] | None:

@@ -17,7 +17,7 @@ from handout.sources.drawing_json import JsonPage
 from handout.sources.recorded import MOST, refuse_far, refuse_many
 from handout.sources.svg.document import Subpath, Walk, size
 from handout.sources.svg.frames import PX
-from handout.values import Array, Drawing, Indices, Page, Stroke
+from handout.values import Array, Drawing, Page, Stroke
 
 _TOLERANCE = 0.02  # mm between a curve and its points
 _MOST_POINTS = 1_000_000
@@ -66,13 +66,14 @@ def from_svg(data: bytes, *, texts: bool = False) -> Drawing:
     about: dict[str, Any] = {}
     if walk.left_out:
         about["left_out"] = [f"{count} x {what}" for what, count in sorted(walk.left_out.items()) if count]
-    drawing = _own(root, lines)
+    drawing = _read_own_preview(root, lines)
     if drawing is not None:
         return drawing
     if walk.texts:
         about["texts"] = tuple(walk.texts)
     strokes = tuple(_strokes(lines))
-    return Drawing(strokes, _page(root, strokes), {"title": _title(root)} | about, timed=False)
+    title = root.findtext("title") or ""
+    return Drawing(strokes, _page(root, strokes), {"title": " ".join(title.split())[:60]} | about, timed=False)
 
 
 def _nothing(left_out: Counter[str]) -> str:
@@ -88,28 +89,19 @@ def _nothing(left_out: Counter[str]) -> str:
     return "There is no line to draw: nothing in it is visible and has a stroke."
 
 
-def _title(root: Element) -> str:
-    title = root.find("title")
-    return "" if title is None else " ".join((title.text or "").split())[:60]
-
-
 def _strokes(lines: Sequence[Subpath]) -> Iterator[Stroke]:
     """Strokes at an even pace."""
     clock = 0.0
     for line in lines:
-        xy = _points(line.path)
+        # points each away from the one before; a path that goes nowhere is one point
+        xy = pathdata.flatten_path(line.path, _TOLERANCE)[0]
+        refuse_far("A line", xy)
+        moved = np.hypot(*np.diff(xy, axis=0).T) > _NEAREST
+        xy = pathdata.anchor_ends(xy[np.concatenate([[True], moved])])
         step = np.hypot(*np.diff(xy, axis=0).T)
         t = clock + np.concatenate([[0.0], np.cumsum(step) / _PACE])
         yield Stroke(t, xy, layer=line.layer, colour=line.colour)
         clock = float(t[-1]) + _LIFT
-
-
-def _points(path: Array) -> Array:
-    """A path as points, each away from the one before; a path that goes nowhere is one point."""
-    xy = pathdata.flattened(path, _TOLERANCE)[0]
-    refuse_far("A line", xy)
-    moved = np.hypot(*np.diff(xy, axis=0).T) > _NEAREST
-    return pathdata.anchored(xy[np.concatenate([[True], moved])])
 
 
 def _page(root: Element, strokes: Sequence[Stroke]) -> Page:
@@ -122,7 +114,7 @@ def _page(root: Element, strokes: Sequence[Stroke]) -> Page:
     return JsonPage(width, height).page()
 
 
-def _own(root: Element, lines: Sequence[Subpath]) -> Drawing | None:
+def _read_own_preview(root: Element, lines: Sequence[Subpath]) -> Drawing | None:
     """The drawing of a preview that this program wrote; None for any other file, or one that was changed since."""
     note = next((element for element in root.findall("metadata") if element.get("id") == "about"), None)
     if note is None:
@@ -131,7 +123,7 @@ def _own(root: Element, lines: Sequence[Subpath]) -> Drawing | None:
         metadata = msgspec.json.decode(note.text or "")
         page = msgspec.convert(metadata["page"], JsonPage).page()
         # layers may part what was written one after the other
-        strokes = tuple(sorted((_timed(line) for line in lines), key=lambda stroke: float(stroke.t[0])))
+        strokes = tuple(sorted((_read_timed_stroke(line) for line in lines), key=lambda stroke: float(stroke.t[0])))
     except (ValueError, KeyError, TypeError, RecursionError):
         return None
     if any(b.t[0] < a.t[-1] - _MOMENT for a, b in pairwise(strokes)):  # parts of one stroke touch
@@ -140,7 +132,7 @@ def _own(root: Element, lines: Sequence[Subpath]) -> Drawing | None:
     return Drawing(strokes, page, about if isinstance(about, dict) else {})
 
 
-def _timed(line: Subpath) -> Stroke:
+def _read_timed_stroke(line: Subpath) -> Stroke:
     """A stroke with the times that its path carries: what each of its cubics takes."""
     attributes = line.attributes
     begin, end = float(attributes["data-t0"]), float(attributes["data-t1"])
@@ -162,7 +154,11 @@ def _timed(line: Subpath) -> Stroke:
     u = (np.arange(len(cubic)) - np.repeat(np.cumsum(pieces) - pieces, pieces) + 1) / pieces[cubic]
     knots = begin + np.concatenate([[0.0], np.cumsum(spans)])
     t = np.concatenate([[begin], knots[cubic] + u * spans[cubic]])
-    return Stroke(t, _at(line.path, cubic, u), word=word, layer=layer, colour=colour, **_mark(attributes, knots, t))
+    a, b, c, d = (line.path[3 * cubic + j] for j in range(4))
+    u = u[:, None]
+    v = 1 - u
+    xy = np.concatenate([line.path[:1], v**3 * a + 3 * v**2 * u * b + 3 * v * u**2 * c + u**3 * d])
+    return Stroke(t, xy, word=word, layer=layer, colour=colour, **_mark(attributes, knots, t))
 
 
 def _mark(attributes: Mapping[str, str], knots: Array, t: Array) -> dict[str, Any]:
@@ -175,10 +171,3 @@ def _mark(attributes: Mapping[str, str], knots: Array, t: Array) -> dict[str, An
     if "data-nib" in attributes:
         mark["nib"] = float(attributes["data-nib"])
     return mark
-
-
-def _at(path: Array, cubic: Indices, u: Array) -> Array:
-    a, b, c, d = (path[3 * cubic + j] for j in range(4))
-    u = u[:, None]
-    v = 1 - u
-    return np.concatenate([path[:1], v**3 * a + 3 * v**2 * u * b + 3 * v * u**2 * c + u**3 * d])

@@ -6,6 +6,7 @@ those for a medium, a state or a descendant do not.
 
 from __future__ import annotations
 
+import contextlib
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
@@ -39,12 +40,12 @@ class SvgStyle:
     anchor: str = "start"
 
     @property
-    def stroked(self) -> bool:
+    def is_stroked(self) -> bool:
         """Whether there is a line to draw."""
         return self.line and self.stroke not in _NONE
 
     @property
-    def filled(self) -> bool:
+    def is_filled(self) -> bool:
         """Whether there is an area without a line."""
         return self.filling and self.fill not in _NONE
 
@@ -56,7 +57,7 @@ class SvgStyle:
     @property
     def text_colour(self) -> str:
         """The colour of letters, which are filled, or stroked alone."""
-        paint = self.fill if self.filled else self.stroke
+        paint = self.fill if self.is_filled else self.stroke
         return hexadecimal(self.color if paint.lower() == "currentcolor" else paint)
 
     def inside(self, properties: Mapping[str, str]) -> SvgStyle:
@@ -65,14 +66,11 @@ class SvgStyle:
         for name, value in properties.items():
             value = value.strip()
             if name == "font-size":
-                style = replace(style, size=_letters(value, style.size))
+                with contextlib.suppress(InputError):  # a word such as "small" leaves them as large as those around
+                    style = replace(style, size=max(frames.length(value, style.size, style.size, em=style.size), 0.0))
             elif name in _PROPERTIES and value and value != "inherit":
                 style = replace(style, **_PROPERTIES[name](value))
         return style
-
-
-def _invisible(value: str) -> dict[str, Any]:
-    return {"shown": False} if _nothing(value) else {}
 
 
 # property → what its value says of a `SvgStyle`; a property that matters for lines is added here
@@ -86,17 +84,9 @@ _PROPERTIES: dict[str, Callable[[str], dict[str, Any]]] = {
     "stroke-opacity": lambda value: {"line": not _nothing(value)},
     "fill-opacity": lambda value: {"filling": not _nothing(value)},
     "display": lambda value: {"shown": False} if value == "none" else {},
-    "opacity": _invisible,
+    "opacity": lambda value: {"shown": False} if _nothing(value) else {},
     "text-anchor": lambda value: {"anchor": value},
 }
-
-
-def _letters(value: str, around: float) -> float:
-    """px, of letters so large inside others; a word such as "small" leaves them."""
-    try:
-        return max(frames.length(value, around, around, em=around), 0.0)
-    except InputError:
-        return around
 
 
 def _nothing(value: str) -> bool:
@@ -124,7 +114,9 @@ class StyleRules:
         self._rules: list[tuple[str, frozenset[str], dict[str, str]]] = []
         weighed = []
         for text in texts:
-            rules = (rule.partition("{") for rule in _plain(_uncommented(text)).split("}"))
+            first, *rest = text.replace("<!--", " ").replace("-->", " ").split("/*")
+            uncommented = " ".join([first, *(part.partition("*/")[2] for part in rest)])
+            rules = (rule.partition("{") for rule in _plain(uncommented).split("}"))
             for selectors, _, body in rules:
                 for selector in selectors.split(","):
                     match = _SIMPLE.match(selector.strip())
@@ -135,7 +127,7 @@ class StyleRules:
         weighed.sort(key=lambda rule: rule[0])
         self._rules = [rule[1:] for rule in weighed]
 
-    def of(self, tag: str, attributes: Mapping[str, str]) -> dict[str, str]:
+    def find_properties(self, tag: str, attributes: Mapping[str, str]) -> dict[str, str]:
         """The properties of an element: its attributes, what rules say of it, its own style."""
         properties = dict(attributes)
         if self._rules:
@@ -152,11 +144,6 @@ def declarations(text: str) -> dict[str, str]:
     """Properties of ``name: value; …``."""
     pairs = (part.partition(":") for part in text.split(";"))
     return {name.strip(): value.replace("!important", "").strip() for name, colon, value in pairs if colon}
-
-
-def _uncommented(text: str) -> str:
-    first, *rest = text.replace("<!--", " ").replace("-->", " ").split("/*")
-    return " ".join([first, *(part.partition("*/")[2] for part in rest)])
 
 
 def _plain(text: str) -> str:

@@ -145,7 +145,7 @@ def test_the_same_page_at_any_resolution_and_scanner():
     for a, b in zip(coarse.truth.paths, fine.truth.paths, strict=True):
         assert (a.xy + 0.5) * 4 == pytest.approx(b.xy + 0.5)
     assert coarse.truth.mask.mean() == pytest.approx(fine.truth.mask.mean(), rel=0.05)
-    other = made(flatbed=replace(Flatbed.worn(), border=0.0, skew=0.0, slack=0.0))
+    other = made(flatbed=replace(Flatbed.make_worn(), border=0.0, skew=0.0, slack=0.0))
     still = made(flatbed=Flatbed.exact())
     for a, b in zip(other.truth.paths, still.truth.paths, strict=True):
         assert a.xy == pytest.approx(b.xy)

@@ -122,11 +122,11 @@ def test_what_is_damaged_is_refused(packed, tmp_path, name, content, said):
     path = tmp_path / "bad.style"
     path.write_bytes(packed[:-300] if name is None else changed(packed, name, content))
     with pytest.raises(InputError, match=said) as refused:
-        style.read(path)
+        style.read_style(path)
     assert "bad.style" in str(refused.value)
 
 
 def test_an_archive_s_table_is_not_for_rules(tmp_path):
     (tmp_path / "x.toml").write_text('title = "t"\n[learned]\nhold = 0.5\n')
     with pytest.raises(InputError, match="handout style learn"):
-        style.read(tmp_path / "x.toml")
+        style.read_style(tmp_path / "x.toml")

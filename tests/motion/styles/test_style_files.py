@@ -14,7 +14,7 @@ SHIPPED = sorted(shipped.folder("styles").glob("*.toml"))
 
 def test_five_ship():
     assert {path.stem for path in SHIPPED} == {"blackletter", "calm", "chancery", "fast-tag", "scrawl"}
-    assert all(style.read(path).name == path.stem and style.read(path).title for path in SHIPPED)
+    assert all(style.read_style(path).name == path.stem and style.read_style(path).title for path in SHIPPED)
 
 
 def test_a_learned_one_ships_with_five_primers():
@@ -51,7 +51,7 @@ def test_a_slip_is_named(tmp_path, text, said):
     path = tmp_path / "mine.toml"
     path.write_text(text, encoding="utf-8")
     with pytest.raises(InputError, match=re.escape(said)) as raised:
-        style.read(path)
+        style.read_style(path)
     assert str(raised.value).startswith(f"{path}: ") and "\n" not in str(raised.value)
 
 
@@ -75,4 +75,6 @@ def test_bounds_name_fields_that_there_are():
 
 
 def test_an_angle_has_a_unit():
-    assert tables.converted({"title": "a", "form": {"shear": "180deg"}}, Style).form.shear == pytest.approx(3.14159265)
+    assert tables.convert_table({"title": "a", "form": {"shear": "180deg"}}, Style).form.shear == pytest.approx(
+        3.14159265
+    )

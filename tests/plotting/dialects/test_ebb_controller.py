@@ -38,7 +38,7 @@ def test_a_page_is_drawn_as_it_was_announced(version):
     assert report.executed_s == pytest.approx(made.duration, rel=0.015)
     assert found.deviation < 0.07 and found.correlation > 0.999 and found.rms < 0.01
     assert said == [] and not port.pen_is_down and port.at_rest
-    assert port.paper.at[:2] == (0, 0)  # not one step is lost over a page
+    assert port.paper.place[:2] == (0, 0)  # not one step is lost over a page
     assert report.min_queue in (None, 2)
 
 
@@ -84,9 +84,9 @@ def test_an_interrupt_stops_at_once_and_the_place_is_known(version, share):
             Monitor(progress=stop, log=said.append),
         )
     assert not port.pen_is_down and port.at_rest and said == []
-    stands = np.array(port.paper.at[:2]) / 160
+    stands = np.array(port.paper.place[:2]) / 160
     controller = ebb.connect(port, PROFILE, said.append)
-    assert tuple(np.array(port.paper.at[:2]) / 160) == tuple(stands)  # it did not move by itself
+    assert tuple(np.array(port.paper.place[:2]) / 160) == tuple(stands)  # it did not move by itself
     if version == "2.2.7":
         assert controller.position() is None
         with pytest.raises(DeviceAlarm, match="stand its pen above its zero"):
@@ -94,7 +94,7 @@ def test_an_interrupt_stops_at_once_and_the_place_is_known(version, share):
         return
     assert controller.position() == pytest.approx(tuple(stands), abs=1e-9)
     controller.go(10.0, 20.0)
-    assert np.array(port.paper.at[:2]) / 160 == pytest.approx([10, 20], abs=0.01)
+    assert np.array(port.paper.place[:2]) / 160 == pytest.approx([10, 20], abs=0.01)
     assert controller.position() == pytest.approx((10, 20), abs=0.01)
     again = run(plan(DRAWING, PROFILE), port, PROFILE)  # a program goes to zero first
     assert fidelity.compare(DRAWING, port.executed()).deviation < 0.1 and again.lines > 100
@@ -220,7 +220,7 @@ def test_what_was_left_of_a_command_moves_nothing():
     port.write(b"SM,1000,5")  # and here the cable was pulled
     ebb.connect(port, PROFILE, lambda _: None)
     port.read(2)
-    assert port.paper.at[:2] == (0, 0)
+    assert port.paper.place[:2] == (0, 0)
 
 
 @pytest.mark.parametrize("firmware", ["2.8.1", "3.0.3"])

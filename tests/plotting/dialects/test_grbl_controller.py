@@ -178,14 +178,14 @@ def test_after_a_halt_it_knows_where_it_is_to_a_step(profile, zero):
             break
     stood = controller.position()
     shift = np.array([7, 5]) if zero == "here" else np.zeros(2)
-    assert stood == pytest.approx(np.array(port.paper.at[:2]) / 80 - shift, abs=2e-3)
+    assert stood == pytest.approx(np.array(port.paper.place[:2]) / 80 - shift, abs=2e-3)
     assert not port.pen_is_down and 0 < controller.executed < 150
     assert controller.proven == proven < controller.executed, "where it was braked proves nothing about what it drew"
     port.replug()
     again = connected(port, profile)
     assert again.position() == pytest.approx(stood, abs=2e-3)
     again.go(0, 0)
-    assert again.position() == (0, 0) and port.paper.at[:2] == tuple(shift * 80)
+    assert again.position() == (0, 0) and port.paper.place[:2] == tuple(shift * 80)
 
 
 def test_a_controller_that_has_restarted_does_not_know_its_place():
@@ -225,7 +225,7 @@ def test_relatives_and_odd_memories_are_understood(options):
     profile = msgspec.structs.replace(SERVO, homing="$22" in options)
     port = open_port(f"sim:?{options}", profile)
     run(plan(DRAWING, profile), port, profile, log=said.append)
-    assert fidelity.compare(DRAWING, port.executed()).deviation < 0.1 and port.lost == 0
+    assert fidelity.compare(DRAWING, port.executed()).deviation < 0.1 and port.lost_bytes == 0
     assert said == (["Homing: the plotter looks for its zero."] if profile.homing else [])
 
 
@@ -241,11 +241,11 @@ def test_a_line_that_writes_into_memory_is_sent_alone():
     for line in (b"G21\n", b"$11=0.020\n", b"G90\n", b"G10 L20 P1 X0 Y0\n", *[b"G1X1F600\n"] * 8):
         controller.send(line)
     controller.finish()
-    assert port.lost == 0 and controller.executed == 12
+    assert port.lost_bytes == 0 and controller.executed == 12
     port.write(b"G10L20P1X0Y0\n" + b"G1X10.125Y10.125F600\n" * 5)
     while port.read(1):
         pass
-    assert port.lost > 0  # so it is when it is not
+    assert port.lost_bytes > 0  # so it is when it is not
 
 
 def test_soft_limits_strike_it_deaf_and_it_is_brought_back():

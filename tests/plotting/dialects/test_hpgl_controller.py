@@ -31,7 +31,7 @@ def test_a_page_arrives_whole_whatever_the_buffer_and_the_wire(options):
         profile = msgspec.structs.replace(PROFILE, port=msgspec.structs.replace(PROFILE.port, queue=8))
     report = run(plan(DRAWING, profile), port, profile)
     found = fidelity.compare(DRAWING, port.executed())
-    assert port.lost == 0 and port.at_rest and not port.pen_is_down and port.firmware.error == 0
+    assert port.lost_bytes == 0 and port.at_rest and not port.pen_is_down and port.firmware.error == 0
     assert found.deviation < 0.06
     if options in ("", "queue=8"):
         assert report.executed_s == pytest.approx(report.announced_s, rel=0.01)
@@ -114,7 +114,7 @@ def test_halt_drops_the_buffer_lifts_the_pen_and_knows_where():
     plotter.halt()
     x, y = plotter.position()
     assert not port.pen_is_down and said == []
-    assert (x, y) == pytest.approx(tuple(np.array(port.paper.at[:2]) / PROFILE.limits.steps_per_mm))
+    assert (x, y) == pytest.approx(tuple(np.array(port.paper.place[:2]) / PROFILE.limits.steps_per_mm))
     assert 0 < x < 100
     plotter.go(1.0, 2.0)
     assert plotter.position() == pytest.approx((1.0, 2.0), abs=0.02)
@@ -127,7 +127,7 @@ def test_a_position_is_known_again_after_a_lost_connection_but_not_after_a_lost_
     port.replug()
     again = HpglController(port, PROFILE, lambda _: None)
     assert not again.conversation.restarted
-    assert again.position() == pytest.approx(tuple(np.array(port.paper.at[:2]) / PROFILE.limits.steps_per_mm))
+    assert again.position() == pytest.approx(tuple(np.array(port.paper.place[:2]) / PROFILE.limits.steps_per_mm))
     port.power_on()
     assert HpglController(port, PROFILE, lambda _: None).position() is None
 

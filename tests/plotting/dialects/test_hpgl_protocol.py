@@ -189,4 +189,4 @@ def test_a_slip_in_a_profile_is_refused(tmp_path, old, new, said):
     assert text.count(old) == 1
     (tmp_path / "plotter-mine.toml").write_text(text.replace(old, new), encoding="utf-8")
     with pytest.raises(ProfileError, match=said):
-        profiles.read(tmp_path / "plotter-mine.toml")
+        profiles.read_profile(tmp_path / "plotter-mine.toml")

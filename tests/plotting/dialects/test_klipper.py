@@ -156,7 +156,7 @@ def test_an_interrupt_lets_it_finish_what_it_has_in_hand():
         controller.send(command.data)
     controller.halt()
     assert controller.executed > 10 and not port.pen_is_down and port.at_rest
-    at = [steps / SERVO.limits.steps_per_mm for steps in port.paper.at[:2]]
+    at = [steps / SERVO.limits.steps_per_mm for steps in port.paper.place[:2]]
     assert "two seconds" in said[-1] and controller.position() == pytest.approx(at, abs=0.02)
 
 

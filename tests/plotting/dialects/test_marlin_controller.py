@@ -224,7 +224,7 @@ def test_a_second_interrupt_stops_it_dead(emergency):
 
     watched.port.read = interrupted
     controller.halt()
-    assert watched.port.paper.at[0] < 20 * 80 and not watched.port.pen_is_down
+    assert watched.port.paper.place[0] < 20 * 80 and not watched.port.pen_is_down
     assert controller.executed == before and controller.position() is None
     assert any("stopped dead" in said for said in watched.said)
 
@@ -253,8 +253,8 @@ def test_homing_lifts_the_pen_first():
     controller = watched.connect()
     controller.go(20, 20)
     controller.home()
-    assert controller.position() == (0.0, 0.0) and watched.port.paper.at[:2] == (0, 0)
-    assert watched.port.paper.at[2] == 4 * 250  # 2 mm above the lifted pen
+    assert controller.position() == (0.0, 0.0) and watched.port.paper.place[:2] == (0, 0)
+    assert watched.port.paper.place[2] == 4 * 250  # 2 mm above the lifted pen
 
 
 class Mute:

@@ -130,11 +130,11 @@ def test_es_stops_at_once_and_the_count_stays_true():
 def test_after_a_limit_switch_motion_is_ignored_until_that_is_cleared(clears):
     port = board("fault=alarm&after=1&firmware=3.0.2")
     say(port, "SM,100,300,0", "SM,100,300,0")
-    at = port.paper.at
+    at = port.paper.place
     say(port, "SM,100,300,0")
-    assert port.paper.at == at
+    assert port.paper.place == at
     say(port, clears, "SM,100,300,0")
-    assert port.paper.at != at
+    assert port.paper.place != at
 
 
 def test_the_pen_arrives_when_its_servo_does():
@@ -156,7 +156,7 @@ def test_motors_can_be_off_and_forget():
     dead = board("motors=0")
     assert say(dead, "QC").startswith("0394,0150")
     say(dead, "SM,10,50,50", patience=1)
-    assert dead.paper.at[:2] == (0, 0) and say(dead, "QS").startswith("50,50")
+    assert dead.paper.place[:2] == (0, 0) and say(dead, "QS").startswith("50,50")
 
 
 def ticks(command, signed, left, place):

@@ -114,7 +114,7 @@ def test_ramps_cover_their_line_within_their_acceleration(mm, u, v, nominal, a):
     v = min(v, math.sqrt(u * u + 2 * a * mm))
     ramp = _ramp(mm, u, v, nominal, a)
     t = np.linspace(0, ramp.time, 50)
-    way, speed = np.array([ramp.at(float(x)) for x in t]).T
+    way, speed = np.array([ramp.state_at(float(x)) for x in t]).T
     assert way[0] == pytest.approx(0, abs=1e-9) and way[-1] == pytest.approx(mm, rel=1e-6)
     assert speed.max() <= nominal + 1e-6 and (np.diff(way) >= -1e-9).all()
     assert np.abs(np.diff(speed)).max() <= a * ramp.time / 49 * 1.001 + 1e-9
@@ -124,7 +124,7 @@ def test_sixty_lines_sent_blind_overflow_silently():
     port = awake()
     lines = [f"G1X{10 + index % 7}.125Y{20 + index % 5}.5F600" for index in range(60)]
     answers = say(port, *lines, patience=5)
-    assert port.lost > 100
+    assert port.lost_bytes > 100
     assert answers.count("ok") < 50 and len(answers) < 60
 
 

@@ -70,7 +70,7 @@ def test_a_buffer_that_runs_over_loses_bytes_and_says_so():
     port = plotter("buffer=128")
     port.write(b"VS1;" + b"PD4000,0;PD0,0;" * 20)
     assert ask(port, b"\x1b.E", wait=1.0) == b"16\r"
-    assert port.lost > 100 and ask(port, b"\x1b.E", wait=1.0) == b"0\r"
+    assert port.lost_bytes > 100 and ask(port, b"\x1b.E", wait=1.0) == b"0\r"
     assert int(ask(port, b"\x1b.B", wait=1.0)) < 10  # it never blocks device control
 
 
@@ -131,7 +131,9 @@ def test_vectors_take_their_time_on_every_machine(cut):
 
 def test_device_control_may_come_in_pieces():
     cut = Escapes()
-    pieces = [piece for part in (b"PU1,", b"2;\x1b", b".", b"@;0", b":P", b"D;\x1b.BPU;") for piece in cut.cut(part)]
+    pieces = [
+        piece for part in (b"PU1,", b"2;\x1b", b".", b"@;0", b":P", b"D;\x1b.BPU;") for piece in cut.cut_pieces(part)
+    ]
     urgent = [piece for piece, at_once in pieces if at_once]
     assert urgent == [b"\x1b.@;0:", b"\x1b.B"]
     assert b"".join(piece for piece, at_once in pieces if not at_once) == b"PU1,2;PD;PU;"

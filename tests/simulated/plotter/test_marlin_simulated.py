@@ -77,7 +77,7 @@ def test_an_error_throws_away_what_was_received():
 def test_a_line_that_is_too_long_is_cut_silently():
     port = awake()
     assert say(port, "G1 F600 " + " " * 90 + "X50") == ["ok"]
-    assert hear(port, 1) == [] and port.paper.at[0] == 0
+    assert hear(port, 1) == [] and port.paper.place[0] == 0
 
 
 def test_four_commands_and_fifteen_moves_are_held():

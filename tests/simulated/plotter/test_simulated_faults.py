@@ -31,7 +31,7 @@ def where(port):
     port.write(b"?")
     status = next(line for line in hear(port) if line.startswith("<"))
     believed = tuple(float(v) for v in status.split("MPos:")[1].split("|")[0].split(",")[:2])
-    return believed, tuple(steps / 80 for steps in port.paper.at[:2])
+    return believed, tuple(steps / 80 for steps in port.paper.place[:2])
 
 
 @pytest.mark.parametrize(
@@ -81,7 +81,7 @@ def test_a_power_cut_stops_it_dead_and_it_forgets_where_it_is():
     assert hear(port, 20) == []
     port.write(b"?")
     assert hear(port, 20) == []  # silent from now on
-    stood = port.paper.at[0] / 80
+    stood = port.paper.place[0] / 80
     assert 0 < stood < 10
     port.power_on()
     assert hear(port)[-1].startswith("Grbl")
@@ -147,7 +147,7 @@ def test_an_interrupt_does_not_reach_into_the_machine(monkeypatch):
 @pytest.mark.usefixtures("heard")
 def test_a_machine_that_was_cut_off_within_is_lost(monkeypatch):
     port = awake("")
-    monkeypatch.setattr("handout.signals.deferred", contextlib.nullcontext)  # as in another thread
+    monkeypatch.setattr("handout.signals.defer_signals", contextlib.nullcontext)  # as in another thread
     execute = port.firmware.execute
     interrupted(port, monkeypatch)
     assert port.firmware.execute != execute

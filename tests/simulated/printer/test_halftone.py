@@ -31,9 +31,9 @@ def test_mixture_is_yule_and_nielsens():
     overlaps = np.zeros((16, 1))
     overlaps[0], overlaps[8] = 0.81, 0.01  # bare paper and black: half and half
     half = np.array([[0, 0, 0, 0.5]])
-    assert inkjet.mixed(half, overlaps, 1.0) == pytest.approx(0.41)  # Neugebauer: the mean
-    assert inkjet.mixed(half, overlaps, 2.0) == pytest.approx(((0.9 + 0.1) / 2) ** 2)
-    assert inkjet.mixed(half, overlaps, 3.0) == pytest.approx(((0.81 ** (1 / 3) + 0.01 ** (1 / 3)) / 2) ** 3)
+    assert inkjet.mix_halftone(half, overlaps, 1.0) == pytest.approx(0.41)  # Neugebauer: the mean
+    assert inkjet.mix_halftone(half, overlaps, 2.0) == pytest.approx(((0.9 + 0.1) / 2) ** 2)
+    assert inkjet.mix_halftone(half, overlaps, 3.0) == pytest.approx(((0.81 ** (1 / 3) + 0.01 ** (1 / 3)) / 2) ** 3)
 
 
 @given(coverages, st.floats(1, 10))
@@ -41,24 +41,24 @@ def test_solid_overlaps_are_themselves_whatever_the_factor(coverage, n):
     solid = (coverage > 0.5).astype(float)
     overlaps = inkjet.primaries(inkjet.PAPERS["white"].spectrum, 0.02, inkjet.transmittances())
     number = solid.astype(int) @ [1, 2, 4, 8]
-    assert inkjet.mixed(solid, overlaps, n) == pytest.approx(overlaps[number])
+    assert inkjet.mix_halftone(solid, overlaps, n) == pytest.approx(overlaps[number])
 
 
 @given(coverages, st.floats(0, 0.25))
 def test_dots_grow_in_the_middle_and_in_order(coverage, gain):
-    grown = inkjet.gained(coverage, gain)
+    grown = inkjet.grow_dots(coverage, gain)
     assert (grown >= coverage - 1e-12).all() and (grown <= 1 + 1e-12).all()
-    assert (np.diff(inkjet.gained(np.linspace(0, 1, 100), gain)) > -1e-12).all()
-    assert inkjet.gained(np.array([0.0, 0.5, 1.0]), gain) == pytest.approx([0, 0.5 + gain, 1])
+    assert (np.diff(inkjet.grow_dots(np.linspace(0, 1, 100), gain)) > -1e-12).all()
+    assert inkjet.grow_dots(np.array([0.0, 0.5, 1.0]), gain) == pytest.approx([0, 0.5 + gain, 1])
 
 
 def test_a_gain_that_turns_back_is_refused():
     with pytest.raises(ValueError, match=r"gain of 0\.3 is outside 0 to 0\.25"):
-        inkjet.gained(np.zeros((1, 4)), 0.3)
+        inkjet.grow_dots(np.zeros((1, 4)), 0.3)
 
 
 def test_black_replaces_part_of_the_grey():
-    asked = inkjet.separated(np.array([[0.0, 0, 0], [1, 1, 1], [0, 1, 1], [0.5, 0.5, 0.5]]))
+    asked = inkjet.separate_inks(np.array([[0.0, 0, 0], [1, 1, 1], [0, 1, 1], [0.5, 0.5, 0.5]]))
     assert asked == pytest.approx(
         np.array([[0.5, 0.5, 0.5, 1], [0, 0, 0, 0], [1, 0, 0, 0], [0.375, 0.375, 0.375, 0.25]])
     )
@@ -66,7 +66,7 @@ def test_black_replaces_part_of_the_grey():
 
 @given(st.tuples(*[st.floats(0, 1)] * 3))
 def test_what_is_asked_for_can_be_printed(rgb):
-    asked = inkjet.separated(np.array([rgb]))
+    asked = inkjet.separate_inks(np.array([rgb]))
     assert (asked >= -1e-12).all() and (asked <= 1).all() and asked.sum() <= 3
 
 

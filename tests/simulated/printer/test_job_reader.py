@@ -75,7 +75,7 @@ def test_from_the_job_to_the_scan(tmp_path):
     rgba[..., 2:] = 1  # blue
     ((_, pixels),) = job_reader.pages(job(tmp_path / "a.pdf", (page, Raster(rgba, DPI, (12.7, 5.08)))), DPI)
     printer = Inkjet("cream")
-    scan = Flatbed.ideal().scan(printer.printed(pixels, DPI), 2 * DPI, np.random.default_rng(0))
+    scan = Flatbed.ideal().scan(printer.print_page(pixels, DPI), 2 * DPI, np.random.default_rng(0))
     paper, ink = np.rint(255 * printer.scan_patches([[1, 1, 1], [0, 0, 1]]))
     assert scan.shape == (200, 400, 3)
     assert (scan[45:95, 105:195] == ink).all() and (scan[2:35, 2:-2] == paper).all()

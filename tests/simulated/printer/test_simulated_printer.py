@@ -97,7 +97,7 @@ def test_a_damaged_table_is_refused(tmp_path, monkeypatch):
 def test_a_printed_pixel_is_a_patch(printer):
     rng = np.random.default_rng(5)
     page = rng.integers(0, 256, (40, 30, 3), dtype=np.uint8)
-    sheet = printer.printed(page, DPI)
+    sheet = printer.print_page(page, DPI)
     wanted = printer.patches(page.reshape(-1, 3) / 255).reshape(40, 30, 3)
     assert seen(sheet) == pytest.approx(wanted, abs=1e-6)
     assert sheet.page.width == pytest.approx(30 * 25.4 / DPI) and sheet.page.height == pytest.approx(40 * 25.4 / DPI)
@@ -106,7 +106,9 @@ def test_a_printed_pixel_is_a_patch(printer):
 def test_printing_twice_is_the_same_and_the_page_is_left_alone():
     page = ramp_page()
     before = page.copy()
-    one, two = (seen(Inkjet(faults=FAULTS, grain=0.1).printed(page, DPI, rng=np.random.default_rng(3))) for _ in "12")
+    one, two = (
+        seen(Inkjet(faults=FAULTS, grain=0.1).print_page(page, DPI, rng=np.random.default_rng(3))) for _ in "12"
+    )
     assert np.array_equal(one, two) and np.array_equal(page, before)
 
 
@@ -118,14 +120,14 @@ def test_printing_twice_is_the_same_and_the_page_is_left_alone():
 )
 def test_every_fault_shows(kind, fault):
     page = ramp_page()
-    difference = np.abs(seen(kind(faults=[fault]).printed(page, DPI)) - seen(kind().printed(page, DPI)))
+    difference = np.abs(seen(kind(faults=[fault]).print_page(page, DPI)) - seen(kind().print_page(page, DPI)))
     assert difference.max() > 0.05 and difference[:20, :20].max() < 0.06
 
 
 def test_fit_to_page_shrinks_about_the_middle():
     page = np.full((1000, 800, 3), 255, dtype=np.uint8)
     page[100:900, 80:720] = 0
-    dark = seen(Inkjet(faults=["fit-to-page"]).printed(page, DPI))[..., 1] < 0.4
+    dark = seen(Inkjet(faults=["fit-to-page"]).print_page(page, DPI))[..., 1] < 0.4
     assert np.ptp(np.flatnonzero(dark.any(axis=1))) == pytest.approx(0.97 * 800, abs=2)
     assert np.ptp(np.flatnonzero(dark.any(axis=0))) == pytest.approx(0.97 * 640, abs=2)
     assert np.flatnonzero(dark.any(axis=1)).mean() == pytest.approx(499.5, abs=1)
@@ -134,7 +136,7 @@ def test_fit_to_page_shrinks_about_the_middle():
 def test_mirrored_is_mirrored():
     page = ramp_page()
     assert np.array_equal(
-        seen(Inkjet(faults=["mirrored"]).printed(page, DPI)), seen(Inkjet().printed(page[:, ::-1], DPI))
+        seen(Inkjet(faults=["mirrored"]).print_page(page, DPI)), seen(Inkjet().print_page(page[:, ::-1], DPI))
     )
 
 
@@ -142,9 +144,9 @@ def test_a_clogged_nozzle_leaves_lines_without_cyan_only():
     page = np.zeros((400, 4, 3), dtype=np.uint8)
     page[:, :2] = (0, 255, 255)
     page[:, 2:] = (255, 0, 255)
-    printed = seen(Inkjet(faults=["clogged"]).printed(page, DPI))
+    printed = seen(Inkjet(faults=["clogged"]).print_page(page, DPI))
     white, cyan, magenta = Inkjet().patches(CORNERS[:3])
-    blocked = faults.blocked(400, DPI)
+    blocked = faults.find_blocked_rows(400, DPI)
     assert printed[blocked, 0] == pytest.approx(np.broadcast_to(white, (blocked.sum(), 3)), abs=1e-6)
     assert printed[~blocked, 0] == pytest.approx(np.broadcast_to(cyan, ((~blocked).sum(), 3)), abs=1e-6)
     assert printed[:, 3] == pytest.approx(np.broadcast_to(magenta, (400, 3)), abs=1e-6)
@@ -153,7 +155,7 @@ def test_a_clogged_nozzle_leaves_lines_without_cyan_only():
 
 
 def test_banding_repeats_with_the_head_and_never_adds_ink():
-    ink = faults.banded(1000, DPI)
+    ink = faults.weaken_rows(1000, DPI)
     assert ink.max() <= 1 and ink.min() > 0.6
     assert ink[:66] == pytest.approx(ink[200:266], abs=0.02)
 
@@ -175,7 +177,7 @@ def test_wrong_media_is_darker_in_the_middle_only():
 def test_margins_stay_white():
     page = np.zeros((200, 300, 3), dtype=np.uint8)
     margins = Margins(top=Length(3), right=Length(5), bottom=Length(10), left=Length(2))
-    dark = seen(Inkjet().printed(page, DPI, margins))[..., 1] < 0.4
+    dark = seen(Inkjet().print_page(page, DPI, margins))[..., 1] < 0.4
     rows, columns = np.flatnonzero(dark.any(axis=1)), np.flatnonzero(dark.any(axis=0))
     mm = DPI / 25.4
     assert rows[[0, -1]] == pytest.approx([3 * mm, 199 - 10 * mm], abs=1)
@@ -185,7 +187,7 @@ def test_margins_stay_white():
 def test_grain_is_in_the_ink_and_not_in_the_paper():
     page = np.full((200, 200, 3), 255, dtype=np.uint8)
     page[:, 100:] = 128
-    printed = seen(Inkjet(grain=0.1).printed(page, DPI, rng=np.random.default_rng(1)))[..., 1]
+    printed = seen(Inkjet(grain=0.1).print_page(page, DPI, rng=np.random.default_rng(1)))[..., 1]
     even = Inkjet().patches([[1, 1, 1], [128 / 255] * 3])[:, 1]
     assert printed[:, :100].std() < 1e-6
     assert printed[:, 100:].mean() == pytest.approx(even[1], abs=0.005)
@@ -210,4 +212,4 @@ def test_what_cannot_be_is_refused(given_, said):
 @pytest.mark.parametrize("page", [np.zeros((4, 4), np.uint8), np.zeros((4, 4, 3)), np.zeros((0, 4, 3), np.uint8)])
 def test_other_pictures_are_refused(page):
     with pytest.raises(InputError, match="takes"):
-        Inkjet().printed(page, DPI)
+        Inkjet().print_page(page, DPI)

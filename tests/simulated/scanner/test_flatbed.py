@@ -26,7 +26,7 @@ def chequers(side=8, rows=30, columns=24):
 
 @pytest.fixture(scope="module")
 def sheet():
-    return Inkjet().printed(chequers()[0], DPI)
+    return Inkjet().print_page(chequers()[0], DPI)
 
 
 @pytest.fixture(scope="module")
@@ -34,7 +34,7 @@ def plain():
     """A white sheet with a black square."""
     page = np.full((400, 300, 3), 255, dtype=np.uint8)
     page[150:250, 100:200] = 0
-    return Inkjet().printed(page, DPI)
+    return Inkjet().print_page(page, DPI)
 
 
 @pytest.fixture(scope="module")
@@ -55,7 +55,7 @@ def test_an_ideal_scan_shows_every_pixel_as_its_patch(sheet, wanted):
 @settings(max_examples=5, deadline=None)
 def test_patches_have_their_colour_at_any_resolution(dpi):
     page, colours = chequers(side=32, rows=6, columns=5)
-    scanned = IDEAL.scan(Inkjet().printed(page, DPI), dpi, rng())
+    scanned = IDEAL.scan(Inkjet().print_page(page, DPI), dpi, rng())
     assert scanned.shape[:2] == (round(192 * dpi / DPI), round(160 * dpi / DPI))
     side = 32 * dpi / DPI
     at = [((np.arange(n) + 0.5) * side).astype(int) for n in colours.shape[:2]]

@@ -186,7 +186,7 @@ class GrblController(BaseController):
         """Hold, wait until it stands, reset, lift.  A second interrupt resets at once."""
         self.conversation.stopping = True
         try:
-            with signals.heeded():
+            with signals.heed_signals():
                 place = self._hold()
         except KeyboardInterrupt:
             place, self._knows = None, False

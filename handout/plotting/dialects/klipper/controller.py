@@ -279,7 +279,7 @@ class KlipperController(BaseController):
         refused = False
         try:
             self.log("The plotter finishes what it has in hand, about two seconds; interrupt again to stop it dead.")
-            with signals.heeded():
+            with signals.heed_signals():
                 try:
                     self.conversation.finish_script()
                 except DeviceAlarm:

@@ -202,7 +202,7 @@ class MarlinController(BaseController):
         if (left := self._planner_queue.seconds) > _NOTICED:
             self.log(f"The plotter finishes what it has in hand, about {left:.0f} s; interrupt again to stop it dead.")
         try:
-            with signals.heeded():
+            with signals.heed_signals():
                 self.conversation.ask(protocol.STANDING)
         except KeyboardInterrupt:
             when = "at once" if "EMERGENCY_PARSER" in self.able else "as soon as it reads that"

@@ -74,11 +74,13 @@ def by_steps(
     """
     tracks, after = [], []
     for count, rate, gain, begin in zip(steps, rates, gains, left, strict=True):
-        track, end = _until(abs(count), rate, gain, begin, half)
+        track, end = _step_until(abs(count), rate, gain, begin, half)
         tracks.append(track if count >= 0 else -track)
         after.append(end)
     longest = max(len(track) for track in tracks)
-    return Move(np.stack([_held(track, longest) for track in tracks], axis=1), (after[0], after[1]))
+    rests = (np.full(longest - len(track), track[-1] if len(track) else 0, dtype=np.int64) for track in tracks)
+    held = [np.concatenate([track, rest]) for track, rest in zip(tracks, rests, strict=True)]
+    return Move(np.stack(held, axis=1), (after[0], after[1]))
 
 
 def constant_rate(steps: int, ms: int, exact: bool) -> int:
@@ -98,7 +100,7 @@ def _rates(rate: int, gain: int, first: int, ticks: int, signed: bool, half: boo
     return rates if signed else rates % FULL  # below zero it rolls over
 
 
-def _until(count: int, rate: int, gain: int, begin: int, half: bool) -> tuple[Counts, int]:
+def _step_until(count: int, rate: int, gain: int, begin: int, half: bool) -> tuple[Counts, int]:
     """Steps at each tick until there are `count`, and what the accumulator keeps."""
     parts: list[Counts] = []
     steps, first = 0, 0
@@ -112,11 +114,6 @@ def _until(count: int, rate: int, gain: int, begin: int, half: bool) -> tuple[Co
             return np.concatenate(parts), int(grown[done]) % FULL
         steps, left, first = int(total[-1]), int(grown[-1]) % FULL, first + _CHUNK
     return (np.concatenate(parts) if parts else np.zeros(0, dtype=np.int64)), left
-
-
-def _held(track: Counts, length: int) -> Counts:
-    last = track[-1] if len(track) else 0
-    return np.concatenate([track, np.full(length - len(track), last, dtype=np.int64)])
 
 
 _CHANNEL = 0.003  # s of a channel; as many as are on lie between two pulses to the servo
@@ -185,13 +182,13 @@ class Engine:
         self.job, self._move, self.ends = None, None, math.inf
         self.accumulators, self.steps, self.enabled = Accumulators(), [0, 0], [False, False]
         self._motors = (0, 0)
-        self.paper.believe((0, 0, self.paper.at[2]))
+        self.paper.believe((0, 0, self.paper.place[2]))
 
     def add(self, job: QueuedCommand, now: float) -> None:
         """Queue a job; it begins at once if nothing is under way."""
         self.queue.append(job)
         if self.job is None:
-            self._next(now)
+            self._begin_next_job(now)
 
     def finish(self) -> None:
         """The job under way ends, the next begins."""
@@ -200,7 +197,7 @@ class Engine:
         self.finished += 1
         self.job, self.ends = None, math.inf
         if self.queue:
-            self._next(end + self.pause * TICK)
+            self._begin_next_job(end + self.pause * TICK)
 
     def stop(self, now: float, everything: bool) -> bool:
         """Drop what is under way and what waits (only motion, unless everything); whether any of it moves."""
@@ -211,16 +208,16 @@ class Engine:
             self._keep(now)
             self.job, self.ends = None, math.inf
             if self.queue:
-                self._next(now)
+                self._begin_next_job(now)
         return interrupted
 
     def slip(self) -> None:
         """The motors were stopped dead: some steps were counted and not made."""
         self.steps = [steps + _SLIP for steps in self.steps]
         self._motors = (self._motors[0] + _SLIP, self._motors[1] + _SLIP)
-        self.paper.believe((*self._halves(*self._motors), self.paper.at[2]))
+        self.paper.believe((*self._halves(*self._motors), self.paper.place[2]))
 
-    def counted(self, now: float) -> tuple[int, int]:
+    def count_steps(self, now: float) -> tuple[int, int]:
         """Steps of both motors so far."""
         first, second = self._so_far(now)
         return self.steps[0] + first, self.steps[1] + second
@@ -240,14 +237,20 @@ class Engine:
         """Switch the motors on or off."""
         self.enabled = [motor > 0 for motor in motors]
 
-    def _next(self, now: float) -> None:
+    def _begin_next_job(self, now: float) -> None:
         job = self.job = self.queue.popleft()
         self._began = now
         if job.enable is not None:
             self.switch(job.enable)
         if job.servo is not None:
             self.told_up = job.lifts
-            self._swing(*job.servo, now)
+            # its servo goes to a place, by so much with every pulse; it arrives later than the profile allows it
+            (place, rate), pen = job.servo, self.profile.pen
+            sweep = abs(place - self.servo) / rate * _CHANNEL * self.channels if rate else 0.0
+            self.servo = place
+            self.pen_up = abs(place - pen.up) < abs(place - pen.down)
+            allowed = pen.up_time if self.pen_up else pen.down_time
+            self.paper.pen(now + max(sweep - allowed, 0.0), float(place))
         ticks = job.ticks
         if job.motion is not None:
             self.enabled = [True, True]
@@ -276,26 +279,15 @@ class Engine:
             return
         for tick in [*range(_SHOWN - 1, ticks - 1, _SHOWN), ticks - 1] if ticks else []:
             first, second = move.steps[tick].tolist()
-            self._show(self._began + (tick + 1) * TICK, self._from[0] + first, self._from[1] + second)
+            if self.powered:
+                x, y = self._halves(self._from[0] + first, self._from[1] + second)
+                self.paper.move_to(self._began + (tick + 1) * TICK, (x, y, self.paper.place[2]))
         if ticks:
             steps = move.steps[ticks - 1].tolist()
             self.steps = [self.steps[0] + steps[0], self.steps[1] + steps[1]]
             self._motors = (self._from[0] + steps[0], self._from[1] + steps[1])
         self.accumulators.left = list(move.after)
 
-    def _show(self, now: float, first: int, second: int) -> None:
-        if self.powered:
-            self.paper.moved(now, (*self._halves(first, second), self.paper.at[2]))
-
     def _halves(self, first: int, second: int) -> tuple[int, int]:
         """Half steps of x and y from the steps of the motors."""
         return (first + second, first - second) if self.mixed else (2 * first, 2 * second)
-
-    def _swing(self, place: int, rate: int, now: float) -> None:
-        """The pen's servo goes to a place, by so much with every pulse; it arrives later than the profile allows it."""
-        pen = self.profile.pen
-        sweep = abs(place - self.servo) / rate * _CHANNEL * self.channels if rate else 0.0
-        self.servo = place
-        self.pen_up = abs(place - pen.up) < abs(place - pen.down)
-        allowed = pen.up_time if self.pen_up else pen.down_time
-        self.paper.pen(now + max(sweep - allowed, 0.0), float(place))

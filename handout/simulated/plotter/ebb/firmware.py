@@ -52,7 +52,10 @@ class EbbFirmware(Firmware):
 
     def __init__(self, profile: Plotter, options: SimulatorOptions, wire: Wire, paper: DrawnPaper, say: Say) -> None:
         self.profile, self._say = profile, say
-        self.version = _version(options.firmware)
+        self.version = _DEFAULT
+        if options.firmware:
+            major, minor, patch = (int(part) for part in (options.firmware + ".0.0").split(".")[:3])
+            self.version = major, minor, patch
         paper.steps[0] *= 2  # motors that are mixed stand in half steps
         paper.steps[1] *= 2
         old = self.version < (2, 7, 0)
@@ -69,7 +72,7 @@ class EbbFirmware(Firmware):
         }  # fmt: skip
         self._answers: dict[str, Callable[[list[int]], str]] = {
             "QC": lambda _: f"0394,{'0300' if self.powered else '0150'}",
-            "QS": lambda _: "{},{}".format(*self.engine.counted(self.now)),
+            "QS": lambda _: "{},{}".format(*self.engine.count_steps(self.now)),
             "QE": lambda _: "{},{}".format(*(_MODES[self._mode] * on for on in self.engine.enabled)),
             "QP": lambda _: str(int(self.engine.told_up)),
             "QB": lambda _: str(int(self._was_pressed())),
@@ -98,7 +101,7 @@ class EbbFirmware(Firmware):
         return not self.engine.busy
 
     @property
-    def next(self) -> float:
+    def next_event(self) -> float:
         return self.engine.ends
 
     def step(self) -> None:
@@ -127,7 +130,7 @@ class EbbFirmware(Firmware):
         if self.engine.stop(self.now, True):
             self.engine.slip()
         self._limited = True
-        self._put("Limit switch triggered. PortB=0E\n")
+        self._say_text("Limit switch triggered. PortB=0E\n")
 
     def execute(self, line: bytes) -> Iterator[Wait]:
         """Obey a command and answer."""
@@ -135,7 +138,11 @@ class EbbFirmware(Firmware):
         if not text:
             return
         name, *fields = text.split(",")
-        self._count_down(name)
+        # somebody presses the button after so many commands that move something
+        if name in _PLOTS and self._until_pressed >= 0:
+            self._until_pressed -= 1
+            if self._until_pressed < 0:
+                self.press()
         try:
             numbers = [_number(field) for field in fields]
             if self.version < _SINCE.get(name, (0, 0, 0)):
@@ -143,13 +150,6 @@ class EbbFirmware(Firmware):
             yield from self._obey(name, numbers)
         except Refused as refusal:
             self._error(name, str(refusal))
-
-    def _count_down(self, name: str) -> None:
-        """Somebody presses the button after so many commands that move something."""
-        if name in _PLOTS and self._until_pressed >= 0:
-            self._until_pressed -= 1
-            if self._until_pressed < 0:
-                self.press()
 
     def _obey(self, name: str, numbers: list[int]) -> Iterator[Wait]:
         if name in self._moves and self._limited:
@@ -187,25 +187,27 @@ class EbbFirmware(Firmware):
         if name in self._answers:
             answer = self._answers[name](numbers)
             if self.uniform:
-                self._put(f"{name},{answer}\n")
+                self._say_text(f"{name},{answer}\n")
             else:
-                self._put(answer + ("\r\n" if name in ("QC", "QE") else "\n\r") + "OK\r\n")
+                self._say_text(answer + ("\r\n" if name in ("QC", "QE") else "\n\r") + "OK\r\n")
         elif name == "V":
             version = ".".join(map(str, self.version))
-            self._put(("V," if self.uniform else "") + f"EBBv13_and_above EB Firmware Version {version}" + self._end)
+            self._say_text(
+                ("V," if self.uniform else "") + f"EBBv13_and_above EB Firmware Version {version}" + self._end
+            )
         elif name == "QM":
-            self._put("QM,{},{},{},{}".format(*self._flags()) + ("\n" if self.uniform else "\n\r"))
+            self._say_text("QM,{},{},{},{}".format(*self._flags()) + ("\n" if self.uniform else "\n\r"))
         elif name == "QG":
             command, first, second, queue = self._flags()
             byte = self._was_pressed() << 5 | self.engine.pen_up << 4 | command << 3 | first << 2 | second << 1 | queue
-            self._put(("QG," if self.uniform else "") + f"{byte:02X}" + self._end)
+            self._say_text(("QG," if self.uniform else "") + f"{byte:02X}" + self._end)
         elif name in ("SC", "CU", "EM", "CS", "SR"):
-            self._set(name, numbers)
+            self._set_values(name, numbers)
             self._ok(name)
         else:
             raise Refused(_unknown(name))
 
-    def _set(self, name: str, numbers: list[int]) -> None:
+    def _set_values(self, name: str, numbers: list[int]) -> None:
         if name != "CS" and len(numbers) < (1 if name in ("EM", "SR") else 2):
             raise Refused("!4 Err: Missing parameter(s)")
         if name == "SC":
@@ -226,17 +228,17 @@ class EbbFirmware(Firmware):
     def _end(self) -> str:
         return "\n" if self.uniform else "\r\n"
 
-    def _put(self, text: str) -> None:
+    def _say_text(self, text: str) -> None:
         self._say(text.encode("latin-1"))
 
     def _ok(self, name: str) -> None:
-        self._put(name + "\n" if self.uniform else "OK\r\n")
+        self._say_text(name + "\n" if self.uniform else "OK\r\n")
 
     def _error(self, name: str, text: str) -> None:
         if self.uniform:
-            self._put((f"{name}," if name else "") + text + "\n")
+            self._say_text((f"{name}," if name else "") + text + "\n")
         else:
-            self._put(text + ("\r\nOK\r\n" if self.version >= (3, 0, 0) else "\n\r"))
+            self._say_text(text + ("\r\nOK\r\n" if self.version >= (3, 0, 0) else "\n\r"))
 
     def _flags(self) -> tuple[int, int, int, int]:
         """Whether a command, motor 1, motor 2 are at work, and whether commands wait."""
@@ -310,7 +312,7 @@ class EbbFirmware(Firmware):
         if not numbers or not 2 <= numbers[0] <= 25000:
             raise Refused("!6 Err: Invalid parameter value")
         there = numbers[1:3] if len(numbers) >= 3 else [0, 0]
-        first, second = (goal - at for goal, at in zip(there, self.engine.counted(self.now), strict=True))
+        first, second = (goal - at for goal, at in zip(there, self.engine.count_steps(self.now), strict=True))
         ms = max(10, 1000 * max(abs(first), abs(second)) // numbers[0])
         return self._sm([ms, first, second]) if first or second else QueuedCommand()
 
@@ -347,13 +349,6 @@ class EbbFirmware(Firmware):
 def _falls(rate: int, gain: int) -> bool:
     """Whether a motor counts down at first."""
     return rate < 0 or (rate == 0 and gain < 0)
-
-
-def _version(text: str) -> tuple[int, int, int]:
-    if not text:
-        return _DEFAULT
-    major, minor, patch = (int(part) for part in (text + ".0.0").split(".")[:3])
-    return major, minor, patch
 
 
 def _number(field: str) -> int:

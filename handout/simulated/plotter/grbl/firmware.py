@@ -56,7 +56,7 @@ class GrblFirmware(Firmware):
         self.reports_itself = False  # its state while it moves (FluidNC)
         self.at = (0.0, 0.0, profile.pen.up if profile.pen.lift == "z" else 0.0)
         self.queue.clear(self._steps())
-        self.stepper = Stepper(self.queue, paper.moved)
+        self.stepper = Stepper(self.queue, paper.move_to)
         self.locked = self.settings.homes
         self.dead = False  # after a limit, or asleep: deaf to all but a reset
         self.asleep = False  # its motors are off
@@ -82,7 +82,7 @@ class GrblFirmware(Firmware):
         return self.state == "Idle" and not self.queue.lines
 
     @property
-    def next(self) -> float:
+    def next_event(self) -> float:
         """When the slice under way ends, s."""
         return self.stepper.next_end
 
@@ -155,14 +155,14 @@ class GrblFirmware(Firmware):
         self.locked, self.dead, self.asleep = self.settings.homes, False, False
         self.modes = Modes(work=self.modes.work)
         self._begin()
-        self.paper.lifted(self.now)
-        self.at = (0.0, 0.0, self.paper.at[2] / self.axes.steps[2])
+        self.paper.lift_pen(self.now)
+        self.at = (0.0, 0.0, self.paper.place[2] / self.axes.steps[2])
         self._stand(self._steps())
         self.banner()
 
     def _stand_still(self) -> None:
         if self.stepper.moving:
-            self.stepper.position = self.paper.slipped(self.stepper.position)
+            self.stepper.position = self.paper.slip_steps(self.stepper.position)
         self.stepper.stop()
         steps = self.stepper.position
         x, y, z = (count / per for count, per in zip(steps, self.axes.steps, strict=True))
@@ -195,21 +195,18 @@ class GrblFirmware(Firmware):
                 self.stepper.hold()
                 self._switch(0.0)
             else:
-                self._share(data)
+                # a byte that changes the share of what it is told; new moves obey
+                for name, table in (("feed", _FEEDS), ("spindle", _SPINDLES)):
+                    if data in table:
+                        by = table[data]
+                        self.shares[name] = min(max(self.shares[name] + by, 10), 200) if by else 100
+                        self._spin()
+                self.shares["rapid"] = _RAPIDS.get(data, self.shares["rapid"])
         return False
 
     def hold(self) -> None:
         """As its feed-hold button does."""
         self.urgent(b"!")
-
-    def _share(self, byte: bytes) -> None:
-        """A byte that changes the share of what it is told; new moves obey."""
-        for name, table in (("feed", _FEEDS), ("spindle", _SPINDLES)):
-            if byte in table:
-                by = table[byte]
-                self.shares[name] = min(max(self.shares[name] + by, 10), 200) if by else 100
-                self._spin()
-        self.shares["rapid"] = _RAPIDS.get(byte, self.shares["rapid"])
 
     def _spin(self) -> None:
         """The spindle turns as it is told, by the share that is set."""
@@ -221,12 +218,12 @@ class GrblFirmware(Firmware):
         place = [count / per for count, per in zip(self.stepper.position, self.axes.steps, strict=True)]
         shift, machine = self.modes.shift, self.settings.report % 2 == 1
         position = place if machine else [at - by for at, by in zip(place, shift, strict=True)]
-        fields = [f"{'M' if machine else 'W'}Pos:" + self._told(position)]
+        fields = [f"{'M' if machine else 'W'}Pos:" + self._format_place(position)]
         if self.settings.report & 2:
             fields.append(f"Bf:{self.queue.size - len(self.queue.lines)},{self.wire.room}")
         fields.append(f"FS:{round(self.modes.feed) if self.stepper.moving else 0},{self._output:.0f}")
         if not self._untold:
-            fields.append("WCO:" + self._told(shift))
+            fields.append("WCO:" + self._format_place(shift))
         elif self._untold == 1:
             fields.append("Ov:{feed},{rapid},{spindle}".format(**self.shares))
         self._untold = (self._untold + 1) % _SELDOM
@@ -254,7 +251,7 @@ class GrblFirmware(Firmware):
             self.say(f"error:{refusal.number}")
 
     def _code(self, line: str) -> Iterator[Wait]:
-        request = parser.read(line, self.modes, self.at)
+        request = parser.read_request(line, self.modes, self.at)
         if "G92" in line or request.writes:
             self._untold = 0
         if request.writes:
@@ -270,12 +267,14 @@ class GrblFirmware(Firmware):
             if self.queue.full:
                 yield "room"
             in_plane = enumerate(request.target[:2])  # machine space is negative
-            if self.settings.limited and not all(-self.settings.value(130 + a) <= at <= 0.0 for a, at in in_plane):
+            if self.settings.has_soft_limits and not all(
+                -self.settings.value(130 + a) <= at <= 0.0 for a, at in in_plane
+            ):
                 self.stepper.hold()
                 yield "still"
                 self.alarm(2)
                 return
-            if self._beyond(request.target):
+            if self._is_beyond(request.target):
                 self.alarm()
                 return
             self.queue.add(
@@ -309,7 +308,7 @@ class GrblFirmware(Firmware):
         self.wire.deaf_until = self.now + _WRITING
         yield _WRITING
 
-    def _beyond(self, target: tuple[float, float, float]) -> bool:
+    def _is_beyond(self, target: tuple[float, float, float]) -> bool:
         """Whether a move would run into the end of an axis."""
         width, height = self.profile.bed.width + 1.0, self.profile.bed.height + 1.0
         x, y, _ = (at + by / per for at, by, per in zip(target, self.paper.shift, self.axes.steps, strict=True))
@@ -337,7 +336,7 @@ class GrblFirmware(Firmware):
             yield "rest"
             yield _HOMING
             self.locked, self.at = False, (0.0, 0.0, self.at[2])
-            self.paper.homed(self.now)
+            self.paper.find_zero(self.now)
             self._stand(self._steps())
         elif self.stepper.moving:
             raise Refused(8)
@@ -352,8 +351,8 @@ class GrblFirmware(Firmware):
         elif line == "$G":
             self.say(f"[GC:{self.modes.words()}]")
         elif line == "$#":
-            self.say(f"[G54:{self._told(self.modes.work)}]")
-            self.say(f"[G92:{self._told(self.modes.offset)}]")
+            self.say(f"[G54:{self._format_place(self.modes.work)}]")
+            self.say(f"[G92:{self._format_place(self.modes.offset)}]")
         elif line == "$I":
             self._introduce()
         elif match := re.fullmatch(r"\$(\d+)=(-?\d+\.?\d*)", line):
@@ -372,7 +371,7 @@ class GrblFirmware(Firmware):
         for number, value in sorted(self.settings.table.items()):
             self.say(f"${number}={value}")
 
-    def _told(self, place: Sequence[float]) -> str:
+    def _format_place(self, place: Sequence[float]) -> str:
         """A place as it is told: in mm with three digits, or in inches with four."""
         if self.settings.value(13):
             return ",".join(f"{value / 25.4:.4f}" for value in place)

@@ -72,7 +72,7 @@ def strip(line: str) -> str:
     return _COMMENT.sub("", line).replace(" ", "").replace("\t", "").upper()
 
 
-def read(line: str, modes: Modes, at: tuple[float, float, float]) -> Request:
+def read_request(line: str, modes: Modes, at: tuple[float, float, float]) -> Request:
     """Read a stripped line of G-code and change the modes.
 
     Parameters
@@ -94,7 +94,7 @@ def read(line: str, modes: Modes, at: tuple[float, float, float]) -> Request:
     _check_other(other, words, coordinates)
     if moves:
         _check_motion(motion, feed)
-    _set(modes, codes, words, feed, motion)
+    _set_modes(modes, codes, words, feed, motion)
     _offset(modes, other, coordinates, at)
     if other == "G10":
         _store(modes, coordinates, at if words["L"] == 20.0 else None)
@@ -161,7 +161,7 @@ def _words(line: str) -> tuple[dict[str, float], list[str]]:
     return words, codes
 
 
-def _set(modes: Modes, codes: list[str], words: dict[str, float], feed: float, motion: str) -> None:
+def _set_modes(modes: Modes, codes: list[str], words: dict[str, float], feed: float, motion: str) -> None:
     modes.feed, modes.motion = feed, motion
     modes.power = words.get("S", modes.power)
     for code in codes:
@@ -238,7 +238,7 @@ class Settings:
         return self.value(22) % 2 == 1
 
     @property
-    def limited(self) -> bool:
+    def has_soft_limits(self) -> bool:
         """Whether targets beyond its travel are refused."""
         return self.value(20) > 0
 

@@ -67,7 +67,7 @@ class Carriage:
         return self.ahead[-1][1] if self.ahead else self.at
 
     @property
-    def next(self) -> float:
+    def next_event(self) -> float:
         """When it gets to the next place, s."""
         return self.ahead[0][0] if self.ahead else math.inf
 
@@ -83,10 +83,14 @@ class Carriage:
         """Begin with the next vector if none is under way."""
         if self.ahead or not self.waiting:
             return
-        self._look_ahead()
+        # the entry speeds of all that wait but the first, from the last backwards: it stands at the end of that
+        leave = 0.0
+        for before, vector in reversed(list(zip(self.waiting, list(self.waiting)[1:], strict=False))):
+            able = math.sqrt(leave**2 + 2 * vector.push * vector.length)
+            vector.entry = leave = min(able, self._corner(before, vector), before.speed, vector.speed)
         vector = self.waiting.popleft()
         leave = self.waiting[0].entry if self.waiting else 0.0
-        self._run(vector, leave, now)
+        self._lay_out(vector, leave, now)
 
     def arrive(self) -> None:
         """It gets to the next place."""
@@ -99,13 +103,6 @@ class Carriage:
         self.waiting.clear()
         self.ahead.clear()
 
-    def _look_ahead(self) -> None:
-        """The entry speeds of all that wait but the first, from the last backwards: it stands at the end of that."""
-        leave = 0.0
-        for before, vector in reversed(list(zip(self.waiting, list(self.waiting)[1:], strict=False))):
-            able = math.sqrt(leave**2 + 2 * vector.push * vector.length)
-            vector.entry = leave = min(able, self._corner(before, vector), before.speed, vector.speed)
-
     def _corner(self, before: Vector, after: Vector) -> float:
         if self.cut <= 0:
             return 0.0
@@ -117,7 +114,7 @@ class Carriage:
         push = self.push * across / max(abs(bx - ax), abs(by - ay))
         return math.sqrt(push * self.cut * half / (1 - half))
 
-    def _run(self, vector: Vector, leave: float, now: float) -> None:
+    def _lay_out(self, vector: Vector, leave: float, now: float) -> None:
         """Lay out when it will be where."""
         u, push, length = vector.entry, vector.push, vector.length
         leave = min(leave, math.sqrt(u * u + 2 * push * length))
@@ -173,7 +170,7 @@ class CarriageLimits:
         least_x, least_y, most_x, most_y = self.corners
         return least_x <= place[0] <= most_x and least_y <= place[1] <= most_y
 
-    def clipped(self, a: Point, b: Point) -> tuple[Point, Point] | None:
+    def clip_line(self, a: Point, b: Point) -> tuple[Point, Point] | None:
         """The part of a line within reach; None if there is none."""
         least_x, least_y, most_x, most_y = self.corners
         begin, end = 0.0, 1.0
@@ -189,19 +186,19 @@ class CarriageLimits:
             begin, end = max(begin, first), min(end, last)
         if begin > end:
             return None
-        return self._on(a, b, begin), self._on(a, b, end)
+        return self._point_on(a, b, begin), self._point_on(a, b, end)
 
     @staticmethod
-    def _on(a: Point, b: Point, share: float) -> Point:
+    def _point_on(a: Point, b: Point, share: float) -> Point:
         return round(a[0] + (b[0] - a[0]) * share), round(a[1] + (b[1] - a[1]) * share)
 
     def bare(self, place: Point) -> Point:
         """From what instructions mean to the machine as its profile describes it."""
-        return self._turn(self._back(place, self._rotation), self._described)
+        return self._turn(self._undo_turn(place, self._rotation), self._described)
 
-    def turned(self, bare: Point) -> Point:
+    def turn_back(self, bare: Point) -> Point:
         """The way back."""
-        return self._turn(self._back(bare, self._described), self._rotation)
+        return self._turn(self._undo_turn(bare, self._described), self._rotation)
 
     def _turn(self, place: Point, degrees: int) -> Point:
         """From coordinates without a rotation to those with it."""
@@ -209,7 +206,7 @@ class CarriageLimits:
         width, height = (0, 0) if self._centred else self._size
         return {0: (x, y), 90: (y, width - x), 180: (width - x, height - y), 270: (height - y, x)}[degrees]
 
-    def _back(self, place: Point, degrees: int) -> Point:
+    def _undo_turn(self, place: Point, degrees: int) -> Point:
         """From coordinates with a rotation to those without."""
         x, y = place
         width, height = (0, 0) if self._centred else self._size

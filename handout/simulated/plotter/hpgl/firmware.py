@@ -89,7 +89,7 @@ class HpglFirmware(Firmware):
 
     def counts(self, line: bytes) -> bool:
         """Questions are no part of a plot."""
-        return any(not name.startswith("O") for name, _ in parser.split(line))
+        return any(not name.startswith("O") for name, _ in parser.split_instructions(line))
 
     @property
     def resting(self) -> bool:
@@ -97,20 +97,20 @@ class HpglFirmware(Firmware):
         return not self.carriage.moving and not self.carriage.waiting
 
     @property
-    def next(self) -> float:
+    def next_event(self) -> float:
         """When the carriage gets to the next place, or VIEW is released, s."""
-        return min(self.carriage.next, self.viewing if self.viewing > self.now else math.inf)
+        return min(self.carriage.next_event, self.viewing if self.viewing > self.now else math.inf)
 
     def step(self) -> None:
         """It gets there."""
-        if self.carriage.next <= self.now:
+        if self.carriage.next_event <= self.now:
             self.carriage.arrive()
             self._mark()
 
     def _mark(self) -> None:
         """The paper remembers where the carriage is now."""
         x, y = self.limits.bare(self.carriage.at)
-        self.paper.moved(self.now, (x, y, self.paper.at[2]))
+        self.paper.move_to(self.now, (x, y, self.paper.place[2]))
 
     def ready(self, wait: str) -> bool:
         """Whether there is room for a vector, the carriage stands, or plotting may go on."""
@@ -177,7 +177,7 @@ class HpglFirmware(Firmware):
         self._obeyed += 1
         if self._viewed == self._obeyed:
             self.view()
-        for name, text in parser.split(line):
+        for name, text in parser.split_instructions(line):
             yield "going"
             try:
                 yield from self._obey(name, parser.values(text))
@@ -219,7 +219,7 @@ class HpglFirmware(Firmware):
             raise Wrong(3)
         bare = self.limits.bare(self.carriage.at)
         self.limits.rotate(degrees)
-        self.carriage.at = self._asked = self.limits.turned(bare)
+        self.carriage.at = self._asked = self.limits.turn_back(bare)
 
     def _answer(self, name: str) -> None:
         x, y = self.carriage.at
@@ -259,7 +259,7 @@ class HpglFirmware(Firmware):
     def _line(self, target: Point) -> Iterator[Wait]:
         """Draw or go to a place, with the pen lifted and the carriage at rest where the way leads out of reach."""
         before, self._asked = self._asked, target
-        visible = self.limits.clipped(before, target)
+        visible = self.limits.clip_line(before, target)
         if visible is None:
             return
         enters, leaves = visible

@@ -22,7 +22,7 @@ class Wrong(Exception):
         self.number = number
 
 
-def split(data: bytes) -> list[tuple[str, str]]:
+def split_instructions(data: bytes) -> list[tuple[str, str]]:
     """Names and parameters of the instructions in some bytes; "" is the name of what is none."""
     text = data.decode("latin-1").replace("\r", "").replace("\n", "")
     instructions, at = [], 0
@@ -71,8 +71,8 @@ class Escapes(Framing):
         super().__init__(b";")
         self._held = b""  # of a device control instruction that is not complete
 
-    def cut(self, data: bytes) -> Iterator[tuple[bytes, bool]]:
-        """See `Framing.cut`."""
+    def cut_pieces(self, data: bytes) -> Iterator[tuple[bytes, bool]]:
+        """See `Framing.cut_pieces`."""
         plain = b""
         for value in data:
             byte = bytes([value])

@@ -70,7 +70,7 @@ class KlipperFirmware(Firmware):
         acceleration = options.acceleration or float(limits.acceleration)
         corner = (limits.junction_deviation * acceleration / (2.0**0.5 - 1.0)) ** 0.5
         self._limits = ToolheadLimits(speed, acceleration, float(pen.z_speed), float(pen.z_acceleration), corner)
-        self.toolhead = Toolhead(self._limits, paper.steps, lambda now, at: self._board(paper.moved, now, at))
+        self.toolhead = Toolhead(self._limits, paper.steps, lambda now, at: self._board(paper.move_to, now, at))
         self.read_time = float(profile.port.line_time)
         self.state, self.message = "ready", "Printer is ready"
         self._ready, self._goes = 0.0, inf
@@ -105,10 +105,10 @@ class KlipperFirmware(Firmware):
         return self.toolhead.resting and not self._scripts
 
     @property
-    def next(self) -> float:
+    def next_event(self) -> float:
         """When the toolhead, the end of a wait, or the end of its start is due, s."""
         starts = self._ready if self.state == "disconnected" else inf
-        return min(self.toolhead.next, self._wakes, starts, self._goes, self._gone + _NOTICES)
+        return min(self.toolhead.next_event, self._wakes, starts, self._goes, self._gone + _NOTICES)
 
     def step(self) -> None:
         """One of these is due."""
@@ -123,7 +123,7 @@ class KlipperFirmware(Firmware):
         self.toolhead.step()
         if self._wakes <= self.now:
             self._wakes = inf
-        self._run()
+        self._obey_scripts()
 
     def ready(self, wait: str) -> bool:
         """Whether the toolhead has "room" for a move, or is at "rest"."""
@@ -135,14 +135,14 @@ class KlipperFirmware(Firmware):
 
     def start(self) -> None:
         """Power comes on: it knows no place before it has been homed or told, but for Z, which somebody has set."""
-        self.paper.lifted(self.now)
+        self.paper.lift_pen(self.now)
         self._start()
 
     def _start(self) -> None:
         first = self._ready == 0.0 and self.now == 0.0
         self._forget()
         self._goes = self._gone = inf
-        steps, z = self.paper.steps, self.paper.at[2]
+        steps, z = self.paper.steps, self.paper.place[2]
         self.toolhead.at = (0.0, 0.0, z / steps[2])
         self.toolhead.forget()
         self.paper.believe((0, 0, z))
@@ -216,7 +216,7 @@ class KlipperFirmware(Firmware):
                 self._error(number, self.message, 400)
                 return
             self._scripts.append((number, parameters.get("script", "").split("\n")))
-            self._run()
+            self._obey_scripts()
         elif method in ("printer.emergency_stop", "printer.firmware_restart", "printer.restart"):
             self._answer(number, "ok")
             if method == "printer.emergency_stop":
@@ -294,7 +294,7 @@ class KlipperFirmware(Firmware):
 
     # scripts
 
-    def _run(self) -> None:
+    def _obey_scripts(self) -> None:
         """Obey scripts as far as none has to wait."""
         while self._scripts:
             if self._work is None:
@@ -338,7 +338,7 @@ class KlipperFirmware(Firmware):
             self.toolhead.last_move_time()
             yield "rest"
             yield _HOMING
-            self.paper.homed(self.now)
+            self.paper.find_zero(self.now)
             z = self.toolhead.at[2]
             self.toolhead.set_position((0.0, 0.0, z))
             self.paper.believe((0, 0, round(z * self.paper.steps[2])))
@@ -353,24 +353,24 @@ class KlipperFirmware(Firmware):
             self.toolhead.dwell(0.1)
             self.homed = ""
         else:
-            self._extended(code, dict(_PARAMETER.findall(text)), text)
+            self._obey_extended(code, dict(_PARAMETER.findall(text)), text)
 
-    def _extended(self, code: str, values: dict[str, str], text: str) -> None:
+    def _obey_extended(self, code: str, values: dict[str, str], text: str) -> None:
         """Klipper's own commands, and macros."""
         pen = self.profile.pen
         macros = [line.split()[0].upper() for line in (*pen.up_command, *pen.down_command)]
         if code == "SET_SERVO" and pen.lift == "servo":
-            self._named(values, "SERVO", code)
+            self._check_name(values, "SERVO", code)
             angle = float(values["ANGLE"])
-            self.toolhead.after(lambda now: self._board(self.paper.pen, now, angle))
+            self.toolhead.call_after(lambda now: self._board(self.paper.pen, now, angle))
         elif code == "MANUAL_STEPPER" and pen.lift == "stepper":
-            self._named(values, "STEPPER", code)
+            self._check_name(values, "STEPPER", code)
             to, speed = float(values["MOVE"]), float(values["SPEED"])
             self.toolhead.dwell(abs(pen.up - pen.down) / speed)
-            self.toolhead.after(lambda now: self._board(self.paper.pen, now, to))
+            self.toolhead.call_after(lambda now: self._board(self.paper.pen, now, to))
         elif code in macros:
             value = pen.up if any(code == line.split()[0].upper() for line in pen.up_command) else pen.down
-            self.toolhead.after(lambda now: self._board(self.paper.pen, now, value))
+            self.toolhead.call_after(lambda now: self._board(self.paper.pen, now, value))
         elif code == "SET_KINEMATIC_POSITION":
             x, y, z = (float(values.get(letter, at)) for letter, at in zip("XYZ", self.toolhead.at, strict=True))
             self.toolhead.set_position((x, y, z))
@@ -380,7 +380,7 @@ class KlipperFirmware(Firmware):
         elif code not in _IGNORED:
             self._notify("notify_gcode_response", f'// Unknown command:"{text.split()[0]}"')
 
-    def _named(self, values: dict[str, str], key: str, code: str) -> None:
+    def _check_name(self, values: dict[str, str], key: str, code: str) -> None:
         if values.get(key, "").lower() != self.profile.pen.name:
             raise Refused(f"The value '{values.get(key)}' is not valid for {key}")
 

@@ -66,7 +66,7 @@ class _Settled:
     def end(self) -> float:
         return self.begin + sum(self.times)
 
-    def at(self, now: float) -> Vector:
+    def place_at(self, now: float) -> Vector:
         """The place, mm."""
         t, (up, level, _), a = min(max(now - self.begin, 0.0), sum(self.times)), self.times, self.move.acceleration
         if t <= up:
@@ -113,7 +113,7 @@ class Toolhead:
     @property
     def live(self) -> Vector:
         """Where the carriage is, mm."""
-        return self._settled[0].at(self.now) if self._settled else self._live
+        return self._settled[0].place_at(self.now) if self._settled else self._live
 
     @property
     def full(self) -> bool:
@@ -209,7 +209,7 @@ class Toolhead:
         """Stand after what has been taken."""
         self.print_time = self.last_move_time() + seconds
 
-    def after(self, event: Event) -> None:
+    def call_after(self, event: Event) -> None:
         """Have something happen when the last move is done, which need not stop there."""
         if self._waiting:
             self._waiting[-1].events.append(event)
@@ -217,7 +217,7 @@ class Toolhead:
             self._events.append((self.last_move_time(), event))
 
     @property
-    def next(self) -> float:
+    def next_event(self) -> float:
         """When something happens next, s; infinite: nothing will."""
         due = self._events[0][0] if self._events else math.inf
         if self._settled:
@@ -231,7 +231,7 @@ class Toolhead:
         """It happens now."""
         self._looked = now = self.now
         while self._settled and self._settled[0].end <= now:
-            self._live = self._settled.popleft().at(math.inf)
+            self._live = self._settled.popleft().place_at(math.inf)
             self._tell()
         if self._settled and self._settled[0].begin <= now and self._sampled + _SAMPLE <= now + _INSTANT:
             self._tell()

@@ -50,7 +50,7 @@ class MarlinFirmware(Firmware):
             deviation=float(limits.junction_deviation), jerk=float(limits.jerk),
         )  # fmt: skip
         self.planner = Planner(self.axes, options.queue or profile.port.queue)
-        self.stepper = Stepper(self.planner, paper.moved, ahead=1)
+        self.stepper = Stepper(self.planner, paper.move_to, ahead=1)
         self.read_time = float(profile.port.line_time)
         self.reception = Reception(self.say, wire.clear)
         self.advanced = self.emergency = False
@@ -59,7 +59,7 @@ class MarlinFirmware(Firmware):
     def _forget(self) -> None:
         self.reception.commands.clear()
         self.reception.last = 0
-        self.at = [0.0, 0.0, self.paper.at[2] / self.axes.steps[2]]  # where the last move leads to, mm
+        self.at = [0.0, 0.0, self.paper.place[2] / self.axes.steps[2]]  # where the last move leads to, mm
         self.offset = [0.0, 0.0, 0.0]
         self.relative, self.feed, self.percent = False, 25.0, 100.0
         self.axes.least_time = 0.02
@@ -88,7 +88,7 @@ class MarlinFirmware(Firmware):
         return not (self.dead or self.reception.commands or self.stepper.moving or self.planner.lines)
 
     @property
-    def next(self) -> float:
+    def next_event(self) -> float:
         """When the next step, the end of a wait, or a sign of life is due, s."""
         return min(self.stepper.next_end, self._wakes, self._speaks, self._delivers)
 
@@ -103,7 +103,7 @@ class MarlinFirmware(Firmware):
             self.say(f"echo:busy: {'paused for user' if self._paused else 'processing'}")
         if self._wakes <= self.now:
             self._wakes = math.inf
-        self._run()
+        self._obey_commands()
 
     def ready(self, wait: str) -> bool:
         """Whether its "button" was pressed, it has a "slot" for a command, "room" in its planner, or is at "rest"."""
@@ -114,7 +114,7 @@ class MarlinFirmware(Firmware):
         if self.now < self._cleaning:
             return False
         if wait == "room":
-            return self._planned < self.planner.size
+            return self._planned_moves < self.planner.size
         return not (self.stepper.moving or self.planner.lines)
 
     def counts(self, line: bytes) -> bool:
@@ -130,7 +130,7 @@ class MarlinFirmware(Firmware):
         command = self.reception.take(line)
         if command in ("M410", "M112") and not self.emergency:
             self._emergency(command)
-        self._run()
+        self._obey_commands()
 
     def urgent(self, data: bytes) -> bool:
         """M112 and M410 act on reception if it has been built so."""
@@ -150,7 +150,7 @@ class MarlinFirmware(Firmware):
 
     def start(self) -> None:
         """Power comes on: where it stands is its zero, and a Z axis has been cranked up and set."""
-        self.paper.lifted(self.now)
+        self.paper.lift_pen(self.now)
         self._forget()
         self._stand()
         for line in ("start", "Marlin 2.1.2.1", "", "echo: Last Updated: 2023-05-16 | Author: (handout)"):
@@ -182,7 +182,7 @@ class MarlinFirmware(Firmware):
     # what it does
 
     @property
-    def _planned(self) -> int:
+    def _planned_moves(self) -> int:
         """Moves in its planner, of which one is let go when it has been made."""
         return len(self.planner.lines) + self.stepper.ending
 
@@ -196,14 +196,14 @@ class MarlinFirmware(Firmware):
 
     def _stand_still(self) -> None:
         if self.stepper.moving:
-            self.stepper.position = self.paper.slipped(self.stepper.position)
+            self.stepper.position = self.paper.slip_steps(self.stepper.position)
         self.stepper.stop()
         steps = self.stepper.position
         self.at = [n / per - o for n, per, o in zip(steps, self.axes.steps, self.offset, strict=True)]
         self.planner.clear(steps)
         self._delivers = math.inf
 
-    def _run(self) -> None:
+    def _obey_commands(self) -> None:
         """Obey commands as far as none has to wait."""
         while not self.dead:
             if self._work is None:
@@ -237,7 +237,7 @@ class MarlinFirmware(Firmware):
         else:
             yield from handler(words)
         if self.advanced:
-            room = self.planner.size - self._planned
+            room = self.planner.size - self._planned_moves
             which = f" N{number.group(1)}" if number else ""
             self.say(f"ok{which} P{room} B{self.reception.room}")
         else:
@@ -250,7 +250,7 @@ class MarlinFirmware(Firmware):
         for axis, letter in enumerate("XYZ"):
             if letter in words:
                 target[axis] = words[letter] + (self.at[axis] if self.relative else 0.0)
-        if self._planned >= self.planner.size or self.now < self._cleaning:
+        if self._planned_moves >= self.planner.size or self.now < self._cleaning:
             yield "room"
         x, y, z = (value + shift for value, shift in zip(target, self.offset, strict=True))
         if abs(x) > self.profile.bed.width + 1.0 or abs(y) > self.profile.bed.height + 1.0:
@@ -279,7 +279,7 @@ class MarlinFirmware(Firmware):
         yield "rest"
         yield _HOMING
         self.at[:2], self.offset[:2] = [0.0, 0.0], [0.0, 0.0]
-        self.paper.homed(self.now)
+        self.paper.find_zero(self.now)
         self._stand()
 
     def _g92(self, words: dict[str, float]) -> Iterator[Wait]:

@@ -46,8 +46,8 @@ class Planner(MoveQueue):
         missing = axes.least_time - time
         if missing > 0 and 2 <= self.waiting <= (self.size + 1) // 2 - 1:
             time += 2.0 * missing / self.waiting
-        line.nominal = min(mm / time, axes.along(line.unit, axes.speed))
-        line.acceleration = min(axes.travel, axes.along(line.unit, axes.acceleration))
+        line.nominal = min(mm / time, axes.limit_along(line.unit, axes.speed))
+        line.acceleration = min(axes.travel, axes.limit_along(line.unit, axes.acceleration))
         line.entry = min(0.5 * line.acceleration * mm / line.count, line.nominal * line.nominal)
         line.most = max(min(self._begin(line), line.nominal * line.nominal), line.entry)
 
@@ -73,7 +73,7 @@ class Planner(MoveQueue):
         norm = math.sqrt(x * x + y * y + z * z)
         if norm == 0.0:
             return math.inf
-        across = min(acceleration, self.axes.along((x / norm, y / norm, z / norm), self.axes.acceleration))
+        across = min(acceleration, self.axes.limit_along((x / norm, y / norm, z / norm), self.axes.acceleration))
         half = math.sqrt(0.5 * (1.0 - max(cosine, -_STRAIGHT)))
         speed2 = across * self.axes.deviation * half / (1.0 - half)
         if mm < _SHORT and cosine < _OCTAGON:

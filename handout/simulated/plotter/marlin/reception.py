@@ -19,9 +19,9 @@ _URGENT = re.compile(rb"\s*(M108|M112|M410)\s*")
 class MarlinFraming(wire.Framing):
     """Lines; three of them may act on reception besides (EMERGENCY_PARSER), and are read later as all others."""
 
-    def cut(self, data: bytes) -> Iterator[tuple[bytes, bool]]:
+    def cut_pieces(self, data: bytes) -> Iterator[tuple[bytes, bool]]:
         """Pieces, each up to the end of a line."""
-        for piece, _ in super().cut(data):
+        for piece, _ in super().cut_pieces(data):
             if _URGENT.fullmatch(piece):
                 yield piece, True
             yield piece, False
@@ -64,12 +64,12 @@ class Reception:
         line = raw.rstrip(b"\r\n").split(b";")[0][:_KEPT].lstrip(b" ").decode("latin-1")
         if not line:
             return None
-        if line.startswith("N") and not self._numbered(line):
+        if line.startswith("N") and not self._check_number(line):
             return None
         self.commands.append(line)
         return line
 
-    def _numbered(self, line: str) -> bool:
+    def _check_number(self, line: str) -> bool:
         """Check a line that begins with its number."""
         number = _integer(line[1:])
         body, star, sum_text = line.rpartition("*")
