@@ -430,7 +430,9 @@ class ScannedHand:
         of, first = np.repeat(np.arange(len(size)), size), np.cumsum(size) - size
         vertices = np.concatenate([np.zeros(0, dtype=np.intp), *(glyph.vertices for glyph in self.glyphs)])
         place = self.place_vertices(of, vertices)
-        weight = np.concatenate([np.zeros(0), *map(self._weights, self.glyphs)])
+        ink = [(self.pages[glyph.page].graph, glyph.vertices) for glyph in self.glyphs]
+        weights = (graph.density[own] * graph.radius[own] ** 2 + 1e-12 for graph, own in ink)
+        weight = np.concatenate([np.zeros(0), *weights])
         beside = np.array([(glyph.before, glyph.after) for glyph in self.glyphs], dtype=np.intp).reshape(-1, 2)
         low = np.append(np.minimum.reduceat(place[:, 0], first), -np.inf)[beside[:, 0]]
         high = np.append(np.maximum.reduceat(place[:, 0], first), np.inf)[beside[:, 1]]
@@ -438,10 +440,6 @@ class ScannedHand:
         in_core |= ~np.logical_or.reduceat(in_core, first)[of]
         weight = np.where(in_core, weight, 0.0)[:, None]
         return readonly(np.add.reduceat(weight * place, first) / np.add.reduceat(weight, first), len(size), 2)
-
-    def _weights(self, glyph: ScannedGlyph) -> Array:
-        graph = self.pages[glyph.page].graph
-        return np.asarray(graph.density[glyph.vertices] * graph.radius[glyph.vertices] ** 2 + 1e-12)
 
 
 def _check(number: int, glyph: ScannedGlyph, pages: tuple[ScannedPage, ...], glyphs: tuple[ScannedGlyph, ...]) -> None:

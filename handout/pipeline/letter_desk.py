@@ -50,7 +50,7 @@ class StaleHand(InputError):
 
 
 @dataclass(frozen=True, eq=False)
-class _State:
+class _DeskState:
     """A hand and what is thought of it.
 
     probability : (n,) of each glyph to be what it is called, as far as it is known.
@@ -61,7 +61,7 @@ class _State:
 
 
 @dataclass(eq=False)
-class _Desk:
+class _LetterDesk:
     """A hand that is looked at.
 
     on_disk : tells the file and its log as they were read or written last from what somebody else wrote.
@@ -74,8 +74,8 @@ class _Desk:
     path: Path
     on_disk: tuple[int, int, int, int]
     journal: CorrectionJournal
-    state: _State
-    steps: list[tuple[JournalEntry, _State]] = field(default_factory=list)
+    state: _DeskState
+    steps: list[tuple[JournalEntry, _DeskState]] = field(default_factory=list)
     undone: list[tuple[AnyCorrection, ...]] = field(default_factory=list)
     revision: str = field(default_factory=lambda: secrets.token_hex(8))
     behind: tuple[set[int], frozenset[tuple[int, int]]] | None = None
@@ -91,7 +91,7 @@ class _Desk:
     def log(self) -> PendingLog:
         return PendingLog(self.path)
 
-    def turn(self, state: _State) -> None:
+    def turn(self, state: _DeskState) -> None:
         """Let the hand be another."""
         self.state, self.revision = state, secrets.token_hex(8)
 
@@ -107,7 +107,7 @@ class _Desk:
         return self.aligners[page]
 
 
-_DESKS: dict[Path, _Desk] = {}  # of the files that were looked at last
+_DESKS: dict[Path, _LetterDesk] = {}  # of the files that were looked at last
 
 
 def _state_of(path: Path) -> tuple[int, int, int, int]:
@@ -118,7 +118,7 @@ def _state_of(path: Path) -> tuple[int, int, int, int]:
         raise InputError(f"Cannot read {path}: {error.strerror or error}.") from error
 
 
-def _desk(name: str, aligned: bool = True) -> _Desk:
+def _desk(name: str, aligned: bool = True) -> _LetterDesk:
     """The desk of a hand; what a break left in its log is made again.
 
     aligned : False: words around the last step may be as they were.
@@ -135,7 +135,7 @@ def _desk(name: str, aligned: bool = True) -> _Desk:
     with _hold_file(path):
         on_disk = _state_of(path)
         hand, journal = file.load(path), file.journal(path)
-        desk = _Desk(path, on_disk, journal, _State(hand, vet(hand).probability))
+        desk = _LetterDesk(path, on_disk, journal, _DeskState(hand, vet(hand).probability))
         steps = desk.log.read_steps(journal)
         if not steps:
             _forget_log(desk)
@@ -151,13 +151,13 @@ def _hold_file(path: Path) -> contextlib.AbstractContextManager[None]:
     return atomic.hold_file(path, patience=_PATIENCE)
 
 
-def _forget_log(desk: _Desk) -> None:
+def _forget_log(desk: _LetterDesk) -> None:
     desk.log.forget()
     desk.on_disk = _state_of(desk.path)
 
 
 @contextlib.contextmanager
-def _hold_desk(name: str, revision: str) -> Iterator[_Desk]:
+def _hold_desk(name: str, revision: str) -> Iterator[_LetterDesk]:
     """The desk of a hand that is to be changed, held until it is."""
     path = library.scanned_file(name)
     if library.comes_with_program(path):
@@ -175,7 +175,7 @@ def open_letters(name: str) -> Facts:
     return _desk_facts(_desk(name))
 
 
-def _desk_facts(desk: _Desk) -> Facts:
+def _desk_facts(desk: _LetterDesk) -> Facts:
     hand, journal = desk.state.hand, desk.journal
     page_of = np.array([glyph.page for glyph in hand.glyphs], dtype=np.intp)
     letters = np.bincount(page_of, minlength=len(hand.pages)).tolist()
@@ -232,7 +232,7 @@ def _page(hand: ScannedHand, page: int) -> ScannedPage:
     return hand.pages[page]
 
 
-def _letters(desk: _Desk, page: int) -> Iterator[tuple[int, bool, Facts]]:
+def _letters(desk: _LetterDesk, page: int) -> Iterator[tuple[int, bool, Facts]]:
     """The letters of a page: id, whether it is told otherwise than before, and what is told of it."""
     hand, sheet = desk.state.hand, desk.state.hand.pages[page]
     units = graphemes(sheet.transcript)
@@ -374,7 +374,11 @@ def align_letters(name: str, revision: str) -> Facts:
 
 
 def _make_and_keep(
-    desk: _Desk, new: tuple[AnyCorrection, ...], step: Sequence[AnyCorrection] = (), back: int = 0, later: bool = False
+    desk: _LetterDesk,
+    new: tuple[AnyCorrection, ...],
+    step: Sequence[AnyCorrection] = (),
+    back: int = 0,
+    later: bool = False,
 ) -> tuple[str, ...]:
     """Make corrections, and keep the step in the log; nothing is made where it cannot be kept."""
     before, steps, journal = desk.state, list(desk.steps), desk.journal
@@ -390,7 +394,7 @@ def _make_and_keep(
     return notes
 
 
-def _make(desk: _Desk, new: tuple[AnyCorrection, ...]) -> tuple[str, ...]:
+def _make(desk: _LetterDesk, new: tuple[AnyCorrection, ...]) -> tuple[str, ...]:
     """Make corrections on the desk, as they are; sentences to show the user."""
     from handout.hand.corrections import apply_and_tell
     from handout.tagging.relearning import changes
@@ -400,12 +404,12 @@ def _make(desk: _Desk, new: tuple[AnyCorrection, ...]) -> tuple[str, ...]:
     desk.steps.append((JournalEntry(new, changes(before.hand, made.hand, made.removed)), before))
     # what was undone is over
     desk.journal = CorrectionJournal(desk.journal.entries[: desk.journal.made], desk.journal.made)
-    desk.turn(_State(made.hand, _carry_probabilities(before, made.hand, {})))
+    desk.turn(_DeskState(made.hand, _carry_probabilities(before, made.hand, {})))
     desk.behind = {one.page for one in new}, made.removed
     return made.notes
 
 
-def _align(desk: _Desk) -> None:
+def _align(desk: _LetterDesk) -> None:
     """Align the words around the last step anew, if they are not."""
     from handout.tagging.relearning import changes
 
@@ -421,10 +425,10 @@ def _align(desk: _Desk) -> None:
             hand = renewed.hand
             judged |= {(page, at): sure for at, sure in renewed.probability.items()}
     desk.steps[-1] = JournalEntry(entry.corrections, changes(before.hand, hand, removed)), before
-    desk.state = _State(hand, _carry_probabilities(before, hand, judged))
+    desk.state = _DeskState(hand, _carry_probabilities(before, hand, judged))
 
 
-def _tell_pages(desk: _Desk, pages: set[int]) -> Facts:
+def _tell_pages(desk: _LetterDesk, pages: set[int]) -> Facts:
     """What a window that shows some pages has to show otherwise: the letters that changed, and all ids in order."""
     told: dict[str, Facts] = {}
     for page in sorted(pages):
@@ -448,7 +452,7 @@ def rewind_letters(name: str, revision: str, back: int) -> Facts:
     return {**_desk_facts(desk), **_tell_pages(desk, pages or set(range(len(desk.state.hand.pages))))}
 
 
-def _undo(desk: _Desk) -> set[int]:
+def _undo(desk: _LetterDesk) -> set[int]:
     if not desk.steps:
         return _rewind_file(desk, desk.journal.made - 1)
     desk.log.add(desk.journal.made, back=1)
@@ -459,7 +463,7 @@ def _undo(desk: _Desk) -> set[int]:
     return {one.page for one in entry.corrections}
 
 
-def _redo(desk: _Desk) -> set[int]:
+def _redo(desk: _LetterDesk) -> set[int]:
     if desk.journal.made < len(desk.journal.entries) and not desk.steps:
         return _rewind_file(desk, desk.journal.made + 1)
     again = desk.undone[-1]
@@ -468,12 +472,12 @@ def _redo(desk: _Desk) -> set[int]:
     return {one.page for one in again}
 
 
-def _rewind_file(desk: _Desk, made: int) -> set[int]:
+def _rewind_file(desk: _LetterDesk, made: int) -> set[int]:
     """Take the file back, or forward, to so many entries of its journal; no page in particular."""
     desk.log.forget()
     desk.journal = file.rewind(desk.path, desk.path, made)
     hand = file.load(desk.path)
-    desk.turn(_State(hand, _carry_probabilities(desk.state, hand, {})))
+    desk.turn(_DeskState(hand, _carry_probabilities(desk.state, hand, {})))
     desk.on_disk = _state_of(desk.path)
     return set()
 
@@ -497,7 +501,7 @@ def keep_letters(name: str) -> Facts:
     return {"made": desk.entries_made}
 
 
-def _write_hand(desk: _Desk, source: Path) -> None:
+def _write_hand(desk: _LetterDesk, source: Path) -> None:
     """Write the .hand file, with the steps of a desk after what `source` holds; whole or not at all."""
     if desk.steps:
         entries, states = zip(*desk.steps, strict=True)
@@ -550,32 +554,31 @@ def take_learnt(name: str, copy: str, made: int) -> Facts:
     """
     with _hold_file(library.scanned_file(name)):
         keep_letters(name)
-        return _take_copy(_desk(name), copy, made)
-
-
-def _take_copy(desk: _Desk, copy: str, made: int) -> Facts:
-    learnt = file.journal(Path(copy))
-    kept = desk.journal.entries[: desk.journal.made]
-    if kept[:made] != learnt.entries[:made]:
-        raise StaleHand("Corrections were undone while the page was learned from: what was learned is left out.")
-    hand = file.load(Path(copy))
-    renewed = replace(desk, journal=learnt, steps=[], undone=[])
-    renewed.turn(_State(hand, vet(hand).probability))
-    notes: list[str] = []
-    for entry in kept[made:]:
+        desk = _desk(name)
+        learnt = file.journal(Path(copy))
+        kept = desk.journal.entries[: desk.journal.made]
+        if kept[:made] != learnt.entries[:made]:
+            raise StaleHand("Corrections were undone while the page was learned from: what was learned is left out.")
+        hand = file.load(Path(copy))
+        renewed = replace(desk, journal=learnt, steps=[], undone=[])
+        renewed.turn(_DeskState(hand, vet(hand).probability))
+        notes: list[str] = []
+        for entry in kept[made:]:
+            try:
+                _make(renewed, entry.corrections)
+                _align(renewed)
+            except InputError as error:
+                notes.append(f"Once more after learning: {error}")
         try:
-            _make(renewed, entry.corrections)
-            _align(renewed)
+            # once, and with all of them: a break leaves the hand as it was, or as it is now
+            _write_hand(renewed, Path(copy))
         except InputError as error:
-            notes.append(f"Once more after learning: {error}")
-    try:
-        # once, and with all of them: a break leaves the hand as it was, or as it is now
-        _write_hand(renewed, Path(copy))
-    except InputError as error:
-        raise InputError(f"{error} What was learned is left out; the corrections are in the hand.") from error
-    renewed.turn(_State(file.load(desk.path), renewed.state.probability))  # pictures are read from it: the copy goes
-    _DESKS[desk.path] = renewed
-    return {**_desk_facts(renewed), **_tell_pages(renewed, set(range(len(hand.pages)))), "notes": notes}
+            raise InputError(f"{error} What was learned is left out; the corrections are in the hand.") from error
+        renewed.turn(
+            _DeskState(file.load(desk.path), renewed.state.probability)
+        )  # pictures are read from it: the copy goes
+        _DESKS[desk.path] = renewed
+        return {**_desk_facts(renewed), **_tell_pages(renewed, set(range(len(hand.pages)))), "notes": notes}
 
 
 def letter_strokes(name: str, page: int, spot: tuple[float, float]) -> Facts:
@@ -616,7 +619,7 @@ def _strokes(hand: ScannedHand, number: int, ways: Sequence[tuple[Indices, bool]
     ]
 
 
-def _tell_rewritten(desk: _Desk) -> Facts:
+def _tell_rewritten(desk: _LetterDesk) -> Facts:
     """By page the strokes of letters that are written otherwise since the last step told how one of their name is."""
     from handout.motion.recovery.letter_forms import HANDS
     from handout.motion.recovery.stroke_order import stroke_order_model
@@ -632,7 +635,7 @@ def _tell_rewritten(desk: _Desk) -> Facts:
     return {"rewritten": found}
 
 
-def _carry_probabilities(before: _State, hand: ScannedHand, judged: dict[tuple[int, int], float]) -> Array:
+def _carry_probabilities(before: _DeskState, hand: ScannedHand, judged: dict[tuple[int, int], float]) -> Array:
     """How sure the glyphs of a changed hand are: as judged now, or before where they are as before."""
     known = {
         _key(before.hand, glyph): p for glyph, p in zip(before.hand.glyphs, before.probability.tolist(), strict=True)

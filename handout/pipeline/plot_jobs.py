@@ -12,6 +12,8 @@ from handout.plotting.jobs.parts import name_layer
 from handout.plotting.jobs.places import take_drawn
 from handout.plotting.jobs.runner import doubt
 
+find_job = store.find  # the plot of a name, or the one that was drawn last, of all or the unfinished ones
+
 
 def state_of(job: PlotJob) -> Told:
     """A plot that is kept, and how far it has come, as ``--json`` prints it; InputError if its journal cannot be read.
@@ -51,11 +53,6 @@ def list_jobs(listener: Listener = SILENT) -> list[Told]:
         except InputError as error:
             listener.say(f"handout: {error}")
     return states
-
-
-def find_job(name: str | None, *, unfinished: bool = False) -> PlotJob:
-    """The plot of that name, or the one that was drawn last, of all or the unfinished ones; InputError: none."""
-    return store.find(name, unfinished=unfinished)
 
 
 def forget_job(name: str) -> str:

@@ -78,19 +78,14 @@ def learn_pose(
     return PoseSheet(library=pose, files=(path,), notes=learned.notes)
 
 
-def find_pose(name: str) -> PoseLibrary:
-    """The pose library of a name, one that comes with the program or the user's own, or of a .pose file.
+def pose_path(name: str) -> Path:
+    """The file of the pose library of a name, one that comes with the program or the user's own, or a .pose file.
 
     Raises
     ------
     InputError
-        There is none (the message lists the nearest), or its file cannot be used.
+        There is none; the message lists the nearest.
     """
-    return library.load(pose_path(name))
-
-
-def pose_path(name: str) -> Path:
-    """The file of a pose library that `find_pose` finds."""
     if name.endswith(".pose"):
         return Path(name)
     known = shipped.files("poses", "*.pose")
@@ -106,7 +101,7 @@ def _model(path: Path, _changed: float) -> PoseModel:
 
 
 def pose_model(name: str) -> PoseModel:
-    """A pose library, ready for giving poses; errors of `find_pose`."""
+    """A pose library, ready for giving poses; errors of `pose_path` and `library.load`."""
     path = pose_path(name)
     return _model(path, path.stat().st_mtime if path.is_file() else 0.0)
 
@@ -136,7 +131,7 @@ def show_pose(name: str, output: str | Path) -> PoseSheet:
         No such library, or a file of another name.
     """
     path = output_path(output, ".png", "a pose library is shown as")
-    pose = find_pose(name)
+    pose = library.load(pose_path(name))
     picture, stream = _sheet(pose), io.BytesIO()
     picture.save(stream, "PNG")
     atomic.write(path, stream.getvalue())

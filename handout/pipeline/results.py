@@ -12,6 +12,7 @@ import contextlib
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields
+from operator import itemgetter
 from pathlib import Path, PurePath
 from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
 
@@ -167,43 +168,31 @@ class Tally:
     @property
     def lent_letters(self) -> dict[tuple[str, str], int]:
         """How often each letter that is not the author's was written, by letter and what it was made of."""
-        counts = Counter[tuple[str, str]]()
-        for letter in self.borrowed:
-            if not letter["own"] and letter["from"] != LEFT_OUT:
-                counts[letter["letter"], letter["from"]] += letter["count"]
-        return counts
+        return self._count(itemgetter("letter", "from"), lambda one: not one["own"] and one["from"] != LEFT_OUT)
 
     @property
     def doubtful_letters(self) -> dict[str, int]:
         """How often each letter was written with the author's own glyphs, of which all are doubtful."""
-        counts = Counter[str]()
-        for letter in self.borrowed:
-            if letter["own"] and letter.get("doubtful"):
-                counts[letter["letter"]] += letter["count"]
-        return counts
+        return self._count(itemgetter("letter"), lambda one: one["own"] and bool(one.get("doubtful")))
 
     @property
     def left_out(self) -> dict[str, int]:
         """How often each character was left out, since the hand has no form for it."""
-        counts = Counter[str]()
-        for letter in self.borrowed:
-            if not letter["own"] and letter["from"] == LEFT_OUT:
-                counts[letter["letter"]] += letter["count"]
+        return self._count(itemgetter("letter"), lambda one: not one["own"] and one["from"] == LEFT_OUT)
+
+    def _count(self, name: Callable[[Any], Any], wanted: Callable[[Mapping[str, Any]], bool]) -> dict[Any, int]:
+        """How often some of the borrowed letters were written, by what `name` says of each."""
+        counts = Counter[Any]()
+        for letter in filter(wanted, self.borrowed):
+            counts[name(letter)] += letter["count"]
         return counts
 
     def __add__(self, other: Tally) -> Tally:
-        return Tally(
-            self.pages + other.pages,
-            self.lines + other.lines,
-            self.characters + other.characters,
-            self.strokes + other.strokes,
-            self.pen_down + other.pen_down,
-            self.pen_up + other.pen_up,
-            self.duration + other.duration,
-            [*self.borrowed, *other.borrowed] if other.borrowed else self.borrowed,
-            [*self.slips, *other.slips] if other.slips else self.slips,
-            [*self.doubtful, *other.doubtful] if other.doubtful else self.doubtful,
-        )
+        sums: dict[str, Any] = {}
+        for name, own in vars(self).items():
+            more = getattr(other, name)
+            sums[name] = own + more if isinstance(own, int | float) else [*own, *more] if more else own
+        return Tally(**sums)
 
     def facts(self, seed: int, hand: str, files: Sequence[object]) -> Facts:
         """What ``--json`` prints of it."""
@@ -218,9 +207,7 @@ class Tally:
             "seed": seed,
             "hand": hand,
             "files": [str(path) for path in files],
-            **({"borrowed": self.borrowed} if self.borrowed else {}),
-            **({"slips": self.slips} if self.slips else {}),
-            **({"doubtful": self.doubtful} if self.doubtful else {}),
+            **{name: told for name in ("borrowed", "slips", "doubtful") if (told := getattr(self, name))},
         }
 
 
