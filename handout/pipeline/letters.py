@@ -337,8 +337,20 @@ def _draw_page(
     about: Mapping[str, Any],
     wanted: frozenset[str],
 ) -> Drawing:
-    """A page as one drawing."""
-    layers = list(_layers(page, task, hands, about, wanted))
+    """A page as one drawing, of a layer for each hand, ink and size, and one for each signature."""
+    layers = []
+    for voice, manuscript in page.layers.items():
+        own = replace(task.tasks[voice.hand], hand=hands[voice.hand])
+        drawing = draw(manuscript, own, page.rng.spawn(1)[0], about, wanted)
+        # strokes have the ink of the whole letter from the pen that they are drawn with
+        ink = voice.ink or (own.look.pen.colour if own.coloured and drawing.ink is not None else "")
+        layers.append(_change_ink(drawing, ink, own))
+    for place in page.signatures:
+        signature = find_signature(str(place.source), task.letter.folder)
+        own = replace(task.task, hand=signature, pen_hand=None)
+        manuscript = placed_signature(signature, place, page.whole.page)
+        drawing = draw(manuscript, own, page.rng.spawn(1)[0], about, wanted)
+        layers.append(_change_ink(drawing, place.ink, own))
     told = {**(layers[0].about if layers else about), **texts.words(page.whole), **page.whole.about}
     drawing = Drawing((), page.whole.page, told, beneath=_beneath(task, page, int(about["page_number"])))
     if all(layer.strokes or layer.bounds is None for layer in layers):
@@ -348,28 +360,6 @@ def _draw_page(
     inked = np.array([layer.bounds for layer in layers if layer.bounds is not None])
     bounds = (*inked[:, :2].min(axis=0).tolist(), *inked[:, 2:].max(axis=0).tolist()) if len(inked) else None
     return replace(drawing, ink=partial(_mix_layers, layers, task.task), inked=bounds)
-
-
-def _layers(
-    page: LetterPage,
-    task: LetterDocument,
-    hands: Mapping[str, Hand | ScannedHand],
-    about: Mapping[str, Any],
-    wanted: frozenset[str],
-) -> Iterator[Drawing]:
-    """A drawing for each hand, ink and size on a page, and one for each signature."""
-    for voice, manuscript in page.layers.items():
-        own = replace(task.tasks[voice.hand], hand=hands[voice.hand])
-        drawing = draw(manuscript, own, page.rng.spawn(1)[0], about, wanted)
-        # strokes have the ink of the whole letter from the pen that they are drawn with
-        ink = voice.ink or (own.look.pen.colour if own.coloured and drawing.ink is not None else "")
-        yield _change_ink(drawing, ink, own) if ink else drawing
-    for place in page.signatures:
-        signature = find_signature(str(place.source), task.letter.folder)
-        own = replace(task.task, hand=signature, pen_hand=None)
-        manuscript = placed_signature(signature, place, page.whole.page)
-        drawing = draw(manuscript, own, page.rng.spawn(1)[0], about, wanted)
-        yield _change_ink(drawing, place.ink, own) if place.ink else drawing
 
 
 def _beneath(
@@ -413,7 +403,9 @@ def _pixels(path: Path) -> NDArray[np.uint8]:
 
 
 def _change_ink(drawing: Drawing, colour: str, task: WritingTask) -> Drawing:
-    """Give a drawing an ink of its own."""
+    """Give a drawing an ink of its own; "" leaves it as it is."""
+    if not colour:
+        return drawing
     strokes = tuple(replace(stroke, colour=colour) for stroke in drawing.strokes)
     if drawing.ink is None:
         return replace(drawing, strokes=strokes)
