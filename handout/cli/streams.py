@@ -58,7 +58,7 @@ def open_closed() -> None:
 
 
 def check_unread(leave: SystemExit) -> None:
-    """Raise what ended the command, unless click did since nobody reads what it prints any more."""
+    """Raise the exit again, unless click ended because nobody reads what it prints any more."""
     if not is_unread():
         raise leave
 

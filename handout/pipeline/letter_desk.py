@@ -64,11 +64,11 @@ class _DeskState:
 class _LetterDesk:
     """A hand that is looked at.
 
-    on_disk : tells the file and its log as they were read or written last from what somebody else wrote.
-    journal : of the file; steps : what was done since, each with its entry and the state before; undone : of those
-        what can be made again.
-    revision : of the state: another for each change.
-    behind : pages on which words around the last step are not aligned anew yet, and the letters that it removed.
+    on_disk : time and size of the file and its log when they were last read or written here; others mean that another
+        program has changed them.
+    journal : of the file; steps : what was done since, each with the state before it; undone : steps to make again.
+    revision : changes with the state.
+    behind : pages with words around the last step that are still to be aligned, and the letters that it removed.
     """
 
     path: Path
@@ -92,11 +92,11 @@ class _LetterDesk:
         return PendingLog(self.path)
 
     def turn(self, state: _DeskState) -> None:
-        """Let the hand be another."""
+        """Take a new state, with a new revision."""
         self.state, self.revision = state, secrets.token_hex(8)
 
     def aligner(self, page: int) -> PageAligner | None:
-        """What aligns a page anew; None for one that cannot be."""
+        """What aligns a page anew; None for a page that cannot be aligned."""
         if page not in self.aligners:
             from handout.hand.author_reader import author_reader
             from handout.tagging.page_aligner import PageAligner
@@ -119,9 +119,9 @@ def _state_of(path: Path) -> tuple[int, int, int, int]:
 
 
 def _desk(name: str, aligned: bool = True) -> _LetterDesk:
-    """The desk of a hand; what a break left in its log is made again.
+    """The desk of a hand; corrections that a break left in its log are made again.
 
-    aligned : False: words around the last step may be as they were.
+    aligned : False: words around the last step need not be aligned yet.
     """
     path = library.scanned_file(name)
     desk, on_disk = _DESKS.get(path), _state_of(path)
@@ -147,7 +147,7 @@ def _desk(name: str, aligned: bool = True) -> _LetterDesk:
 
 
 def _hold_file(path: Path) -> contextlib.AbstractContextManager[None]:
-    """The file of a hand and its log, held against other programs."""
+    """A block in which no other program changes the file of a hand or its log."""
     return atomic.hold_file(path, patience=_PATIENCE)
 
 
@@ -158,7 +158,7 @@ def _forget_log(desk: _LetterDesk) -> None:
 
 @contextlib.contextmanager
 def _hold_desk(name: str, revision: str) -> Iterator[_LetterDesk]:
-    """The desk of a hand that is to be changed, held until it is."""
+    """A block that changes the hand on its desk, and no other program does."""
     path = library.scanned_file(name)
     if library.comes_with_program(path):
         raise InputError(f"{path.stem} comes with the program: make a copy of your own first.")
@@ -180,20 +180,24 @@ def _desk_facts(desk: _LetterDesk) -> Facts:
     page_of = np.array([glyph.page for glyph in hand.glyphs], dtype=np.intp)
     letters = np.bincount(page_of, minlength=len(hand.pages)).tolist()
     doubtful = np.bincount(page_of, desk.state.probability < SURE, len(hand.pages)).astype(int).tolist()
-    pages: list[Facts] = [
-        {
+    pages: list[Facts] = []
+    for number, page in enumerate(hand.pages):
+        baselines = []  # two places of each, pixels: where its line begins and ends
+        for line, (_, _, _, middle, reach) in enumerate(page.baselines.tolist()):
+            x = np.clip([middle - reach, middle + reach], 0, page.shape[1] - 1)
+            baselines.append(np.column_stack([x, page.base(line, x)]).round(1).tolist())
+        facts: Facts = {
             "source": page.source,
             "width": page.shape[1],
             "height": page.shape[0],
             "x_height": round(page.x_height / page.pixel, 1),
             "slant": round(page.slant, 3),
-            "baselines": _baselines(page),
+            "baselines": baselines,
             "letters": letters[number],
             "doubtful": doubtful[number],
             "scan": page.scan is not None,
         }
-        for number, page in enumerate(hand.pages)
-    ]
+        pages.append(facts)
     return {
         "revision": desk.revision,
         "title": hand.title,
@@ -204,15 +208,6 @@ def _desk_facts(desk: _LetterDesk) -> Facts:
         "confirmed": sum(glyph.confirmed for glyph in hand.glyphs),
         "tile": TILE,
     }
-
-
-def _baselines(page: ScannedPage) -> list[list[list[float]]]:
-    """Two places of each line's baseline, pixels: where its writing begins and ends."""
-    found = []
-    for line, (_, _, _, middle, reach) in enumerate(page.baselines.tolist()):
-        x = np.clip([middle - reach, middle + reach], 0, page.shape[1] - 1)
-        found.append(np.column_stack([x, page.base(line, x)]).round(1).tolist())
-    return found
 
 
 def page_letters(name: str, page: int) -> Facts:
@@ -233,7 +228,7 @@ def _page(hand: ScannedHand, page: int) -> ScannedPage:
 
 
 def _letters(desk: _LetterDesk, page: int) -> Iterator[tuple[int, bool, Facts]]:
-    """The letters of a page: id, whether it is told otherwise than before, and what is told of it."""
+    """The letters of a page: id, whether its facts have changed since they were last told, and these facts."""
     hand, sheet = desk.state.hand, desk.state.hand.pages[page]
     units = graphemes(sheet.transcript)
     here = [number for number, glyph in enumerate(hand.glyphs) if glyph.page == page]
@@ -429,7 +424,7 @@ def _align(desk: _LetterDesk) -> None:
 
 
 def _tell_pages(desk: _LetterDesk, pages: set[int]) -> Facts:
-    """What a window that shows some pages has to show otherwise: the letters that changed, and all ids in order."""
+    """What a window must redraw of some pages: the letters that changed, and all ids in order."""
     told: dict[str, Facts] = {}
     for page in sorted(pages):
         letters = list(_letters(desk, page))
@@ -473,7 +468,7 @@ def _redo(desk: _LetterDesk) -> set[int]:
 
 
 def _rewind_file(desk: _LetterDesk, made: int) -> set[int]:
-    """Take the file back, or forward, to so many entries of its journal; no page in particular."""
+    """Take the file back, or forward, to so many entries of its journal."""
     desk.log.forget()
     desk.journal = file.rewind(desk.path, desk.path, made)
     hand = file.load(desk.path)
@@ -502,7 +497,7 @@ def keep_letters(name: str) -> Facts:
 
 
 def _write_hand(desk: _LetterDesk, source: Path) -> None:
-    """Write the .hand file, with the steps of a desk after what `source` holds; whole or not at all."""
+    """Write the .hand file, whole or not at all: what `source` holds, then the steps of the desk."""
     if desk.steps:
         entries, states = zip(*desk.steps, strict=True)
         hands = [state.hand for state in (*states, desk.state)]
@@ -620,7 +615,7 @@ def _strokes(hand: ScannedHand, number: int, ways: Sequence[tuple[Indices, bool]
 
 
 def _tell_rewritten(desk: _LetterDesk) -> Facts:
-    """By page the strokes of letters that are written otherwise since the last step told how one of their name is."""
+    """By page the strokes of letters whose order changed when the last step gave that of a letter of the same name."""
     from handout.motion.recovery.letter_forms import HANDS
     from handout.motion.recovery.stroke_order import stroke_order_model
 
@@ -636,7 +631,7 @@ def _tell_rewritten(desk: _LetterDesk) -> Facts:
 
 
 def _carry_probabilities(before: _DeskState, hand: ScannedHand, judged: dict[tuple[int, int], float]) -> Array:
-    """How sure the glyphs of a changed hand are: as judged now, or before where they are as before."""
+    """How sure each glyph of a changed hand is: as judged now, or as before where the glyph did not change."""
     known = {
         _key(before.hand, glyph): p for glyph, p in zip(before.hand.glyphs, before.probability.tolist(), strict=True)
     }
@@ -652,6 +647,6 @@ def _carry_probabilities(before: _DeskState, hand: ScannedHand, judged: dict[tup
 
 
 def _key(hand: ScannedHand, glyph: ScannedGlyph) -> tuple[int, str, int, int]:
-    """What a glyph is known by, whatever its number is, and those of its vertices."""
+    """A key for a glyph that does not depend on its number or on those of its vertices."""
     first = hand.pages[glyph.page].graph.uv[glyph.vertices[0]]
     return glyph.page, glyph.letter, len(glyph.vertices), hash((float(first[0]), float(first[1])))

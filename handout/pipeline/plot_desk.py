@@ -63,7 +63,7 @@ class AtPage(Attendant):
         self._first = threading.get_ident()
 
     def _word(self, seconds: float = 0.0) -> str:
-        """As `PageWire.word`; of shared work "on" for whoever waits for that, and nothing else."""
+        """As `PageWire.word`; threads that share work hear only "on", and only where they wait for it."""
         if not self._shared:
             return self._wire.word(seconds)
         if not seconds or not self._on.wait(seconds):
@@ -189,7 +189,7 @@ def move_pen(
 
 
 def known_port(port: str) -> None:
-    """Only ports that are there are opened: an address would be a way to anywhere."""
+    """Refuse a port that is not there: an address that is typed could lead anywhere."""
     if port not in SIMULATED and port not in {found.name for found in serial_devices()}:
         raise InputError(f"There is no port {port} here any more: is the plotter plugged in and switched on?")
 

@@ -291,9 +291,9 @@ def _plot_new(
     behind: str = "",
     notes: Sequence[str] = (),
 ) -> Plotted:
-    """Begin a job while its machine is reached already, tell of it, and plot it; whatever ends it says how to go on.
+    """Open the port, begin a job, say what it is, and plot it; what ends it says how to go on.
 
-    before, behind : what is said of it before how much it is, and behind its name; notes : before the sheet is laid in.
+    before, behind : words before its amount and behind its name; notes : said before the sheet is laid in.
     """
     connected = port_to(person.address, profile)
     try:
@@ -312,7 +312,7 @@ def _plot_new(
 
 
 def asked_machine(plotting: PlotOptions, port: str | None) -> Plotter:
-    """The plotter, with the heights of its pen and the hooks that are asked for."""
+    """The plotter, with the pen heights and the hooks that are asked for."""
     profile = machine(plotting.device, port)
 
     def height(text: str | None, what: str) -> float | None:
@@ -351,7 +351,7 @@ def _positive(text: Length, what: str) -> float:
 
 
 def port_to(port: str, profile: Plotter) -> Port:
-    """The way to the machine, opened before any work is done for it."""
+    """Open the port before any work is done for the machine."""
     try:
         return open_port(port, profile)
     except DeviceError as error:
@@ -469,7 +469,7 @@ def preview_again(
 def shown_pages(
     pages: Sequence[Drawing], part: PartOptions, profile: Plotter, options: JobOptions, listener: Listener
 ) -> tuple[list[Drawing], list[Plan]]:
-    """Pages as a preview shows them, and the plans of what is drawn of them."""
+    """The pages as a preview shows them, and the plan of each."""
     laid = [laid_out(page, profile, options.layers, options.order) for page in pages]
     chosen = [stretch.SheetStretch(number, 0, len(page.strokes)) for number, page in enumerate(laid)]
     if part:
@@ -481,7 +481,7 @@ def shown_pages(
 
 
 def _plan_facts(plans: Sequence[Plan]) -> Facts:
-    """What plotting would take, s; how much of it for dips, and whatever else is done besides drawing."""
+    """The seconds that plotting would take, how often the pen dips, and the seconds for that and other hooks."""
     dips, hooks_s = sum(planned.dips for planned in plans), sum(planned.hook_time for planned in plans)
     hooks: Facts = {"dips": dips, "hooks_s": round(hooks_s, 2)} if hooks_s else {}
     seconds = round(sum(planned.duration for planned in plans), 2)
@@ -494,7 +494,7 @@ def greatest_stretch(parts: Sequence[Plan] | Sequence[PlotReport]) -> float:
 
 
 class ReportFile:
-    """The file that is told how faithful the motion was, or will be; nothing without a file.
+    """The file with the report on how faithful the motion was, or will be; without a path none is written.
 
     Raises
     ------
@@ -551,7 +551,7 @@ def draw_job(
 
 @contextlib.contextmanager
 def _advise_at_end(job: PlotJob, *, new: bool) -> Iterator[None]:
-    """Add to what ends a job how to go on with it; a new one that is refused before anything is drawn is forgotten."""
+    """A block whose errors say how to go on with a job; a new job of which nothing could be drawn is forgotten."""
     try:
         yield
     except DeviceError as error:
@@ -574,7 +574,7 @@ def _advise_at_end(job: PlotJob, *, new: bool) -> Iterator[None]:
 
 
 def how_to_go_on(job: PlotJob) -> str:
-    """How to go on with a job, even one of which nothing is drawn: otherwise --resume would take one before it."""
+    """The sentence on how to go on with a job; it names the job, since --resume alone may take another."""
     try:
         job.standing()
     except InputError:  # what is wrong has been said

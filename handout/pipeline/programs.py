@@ -1,4 +1,4 @@
-"""What plotters are told, as files: which machine a suffix is for, and how its dialect writes it."""
+"""Programs of plotters as files: which machine a suffix is for, and how its dialect writes it."""
 
 from __future__ import annotations
 
