@@ -17,7 +17,7 @@ Source: Rasmussen and Williams 2006, §2.2, §2.7 (the process and its linear te
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
 import numpy as np
@@ -307,7 +307,9 @@ def _measure_manner(hand: ScannedHand) -> Array:
     for number in sorted({known.way.hand for known in seen}):
         which = [k for k, known in enumerate(seen) if known.way.hand == number]
         learned = _GaussianProcess([seen[k] for k in which]).learn_weights(np.concatenate([moved[k] for k in which]))
-        kept += [_pack_known(replace(seen[k], weights=weights)) for k, weights in zip(which, learned, strict=True)]
+        for known, weights in zip((seen[k] for k in which), learned, strict=True):
+            head = ord(known.letter), known.number, known.glyphs, known.cost, len(weights)
+            kept.append(np.concatenate([head, weights.ravel()]))
     return np.asarray(np.round(np.concatenate(kept), _DIGITS), dtype=np.float64)
 
 
@@ -329,11 +331,6 @@ def _bend_form(letter: str, number: int, glyphs: Sequence[AuthorGlyph]) -> tuple
     middle, cost = np.median(bent, axis=0), float(np.median([fit.cost for fit in fits]))
     moved = _level(middle - form.xy)[::_APART]
     return Known(letter, number, len(fits), cost, np.zeros_like(moved)), moved, (middle, bent - middle)
-
-
-def _pack_known(known: Known) -> Array:
-    head = ord(known.letter), known.number, known.glyphs, known.cost, len(known.weights)
-    return np.concatenate([head, known.weights.ravel()])
 
 
 def _level(xy: Array) -> Array:

@@ -367,7 +367,10 @@ class _Flow:
             self._line, self._label = item.line, _Label(words, block.marker, voice, own)
             self._tight = True
             if not item.blocks or not isinstance(item.blocks[0], Paragraph):
-                self._put_lone_label(left + own, right, words)
+                at, segments, marks = self._find_place(words, left + own, right), list[Segment](), list[Mark]()
+                self._put_label(self._label, at, segments, marks)
+                self._label = None
+                self._add(at, segments, words, marks)
             first, rest = item.blocks[:1], item.blocks[1:]
             self.blocks(first, left + own, right)
             self._tight = block.tight
@@ -377,14 +380,6 @@ class _Flow:
         self._tight = outer
         if not outer:
             self._space(_BELOW["list"])
-
-    def _put_lone_label(self, left: float, right: float, words: Sequence[LetterWord]) -> None:
-        """A row that has nothing but the label of an item."""
-        at, segments, marks = self._find_place(words, left, right), list[Segment](), list[Mark]()
-        if self._label is not None:
-            self._put_label(self._label, at, segments, marks)
-        self._label = None
-        self._add(at, segments, words, marks)
 
     def _words(self, paragraph: Paragraph) -> tuple[LetterWord, ...]:
         lines = self._lines.get(self._number[id(paragraph)], [])

@@ -181,7 +181,9 @@ def slant_of_lines(mask: NDArray[np.bool_], dpi: float, lines: Sequence[LineBase
         for part in (height > -np.inf, height > 0.8 * x_height):
             if part.sum() < 100:
                 continue
-            concentration = [float(np.square(_columns((x - s * height)[part], coarse)).sum()) for s in _SLANTS]
+            upright = [(x - s * height)[part] for s in _SLANTS]
+            columns = [np.bincount(((at - at.min()) / coarse).astype(np.intp)).astype(np.float64) for at in upright]
+            concentration = [float(np.square(counts).sum()) for counts in columns]
             votes += np.array(concentration) / max(concentration)
     if not votes.any():
         return 0.0
@@ -203,10 +205,6 @@ def _measure_heights(mask: NDArray[np.bool_], pixel: float, line: LineBaseline, 
     # pixels stand in columns: spread over their width, or an upright page would look the evenest
     jitter = (np.arange(len(place)) * 0.618034 % 1 - 0.5) * pixel
     return (place + jitter)[on_line], height[on_line]
-
-
-def _columns(x: Array, width: float) -> Array:
-    return np.bincount(((x - x.min()) / width).astype(np.intp)).astype(np.float64)
 
 
 def _peak_offset(values: Array, k: int) -> float:

@@ -92,7 +92,10 @@ def find_mask(
     if method not in METHODS:
         raise ValueError(f"method {method!r} is not one of {METHODS}")
     pen = pen or guess_pen(inks)
-    values = _soften(density.values, soften)
+    values = density.values
+    if soften > 0:
+        levels = np.rint(values * 127).astype(np.uint8)
+        values = np.asarray(cv2.medianBlur(levels, 2 * soften + 1), dtype=np.float32) / np.float32(127)
     ink = hysteresis(values, density)
     if method == "cut":
         weights = PENS[pen]
@@ -169,15 +172,6 @@ def without_specks(
         keep[labels[paint > 0]] = True
     keep[0] = False
     return np.asarray(keep[labels])
-
-
-def _soften(values: NDArray[np.float32], radius: int) -> NDArray[np.float32]:
-    import cv2
-
-    if radius <= 0:
-        return values
-    levels = np.rint(values * 127).astype(np.uint8)
-    return np.asarray(cv2.medianBlur(levels, 2 * radius + 1), dtype=np.float32) / np.float32(127)
 
 
 def smooth(mask: NDArray[np.bool_], passes: int = 2) -> NDArray[np.bool_]:

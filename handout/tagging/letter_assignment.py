@@ -109,8 +109,9 @@ class _Line:
             return np.full(len(self.u), NOBODY)
         before = self.left[None] - self.u[:, None]
         after = self.u[:, None] - self.right[None]
-        # how far each vertex lies above or below what each letter reaches (n, letters)
-        low, high = np.array([_reach(name) for name in self.names]).T
+        # how far each vertex lies above or below what each letter reaches (n, letters); what is there is another's
+        low = np.array([_SETTINGS.lowest if name in NEVER_DESCENDING else -np.inf for name in self.names])
+        high = np.array([_SETTINGS.highest if name in NOT_ASCENDING else np.inf for name in self.names])
         beyond = np.maximum(np.maximum(self.up[:, None] - high, low - self.up[:, None]), 0)
         away = np.maximum(np.maximum(before, after), 0) + beyond
         away = np.where(self.present, away, np.inf)
@@ -221,12 +222,6 @@ class _Line:
         elif height <= _SETTINGS.high and middle < self.left[self.present].min():
             return int(np.flatnonzero(self.present)[0])
         return int(away.argmin())
-
-
-def _reach(name: str) -> tuple[float, float]:
-    """How far down and up a letter reaches; loops and stems beyond that are another's."""
-    lowest = _SETTINGS.lowest if name in NEVER_DESCENDING else -np.inf
-    return lowest, _SETTINGS.highest if name in NOT_ASCENDING else np.inf
 
 
 def _fewest_cuts(cost: Array) -> Indices:

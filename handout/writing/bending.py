@@ -218,13 +218,9 @@ def _shape_difference(forms: Forms, groups: Sequence[Indices]) -> float:
     pairs = [pair for numbers in groups if len(numbers) >= _ENOUGH for pair in pairwise(numbers.tolist())]
     if not pairs:
         return 0.01
-    away = np.sqrt(np.concatenate([cdist(boxed[i], boxed[j], "sqeuclidean").min(axis=0) for i, j in pairs]))
     first_glyphs, second_glyphs = np.array(pairs).T
-    return float(np.median(_medians(away, count[second_glyphs]) * sides[first_glyphs].mean(axis=1)))
-
-
-def _medians(values: Array, count: Indices) -> Array:
-    """(n,): of so many values each, one behind the other."""
-    first = np.cumsum(count) - count
-    ranked = np.concatenate([np.sort(group) for group in np.split(values, first[1:])])
-    return np.asarray((ranked[first + (count - 1) // 2] + ranked[first + count // 2]) / 2)
+    squares = (cdist(boxed[i], boxed[j], "sqeuclidean").min(axis=0) for i, j in pairs)
+    away, size = np.concatenate([np.sort(np.sqrt(each)) for each in squares]), count[second_glyphs]
+    first = np.cumsum(size) - size
+    medians = (away[first + (size - 1) // 2] + away[first + size // 2]) / 2
+    return float(np.median(medians * sides[first_glyphs].mean(axis=1)))

@@ -71,7 +71,8 @@ def _rows(hand: Hand, room: float) -> Iterator[list[tuple[float, Glyph]]]:
     row: list[tuple[float, Glyph]] = []
     x = 0.0
     for glyphs in forms(hand):
-        extents = [_extent(glyph) for glyph in glyphs]
+        xs = [np.concatenate([stroke[:, 0] for stroke in glyph.strokes]) for glyph in glyphs]
+        extents = [(float(x.min()), float(x.max())) for x in xs]
         together = sum(right - left + _BETWEEN_FORMS for left, right in extents)
         if row and x + min(together, room) > room:
             yield row
@@ -85,11 +86,6 @@ def _rows(hand: Hand, room: float) -> Iterator[list[tuple[float, Glyph]]]:
         x += _BETWEEN_LETTERS
     if row:
         yield row
-
-
-def _extent(glyph: Glyph) -> tuple[float, float]:
-    xs = np.concatenate([stroke[:, 0] for stroke in glyph.strokes])
-    return float(xs.min()), float(xs.max())
 
 
 def _line(hand: Hand, row: list[tuple[float, Glyph]], number: int, x_height: float) -> Line:

@@ -52,8 +52,12 @@ def test_sheet(profile: Plotter, page: Page, rng: np.random.Generator) -> Drawin
     DoesNotFit
         The page, or what the machine reaches of it, is too small for all that.
     """
-    left, top, right, bottom = _room(profile, page)
-    names = ("Y", "X") if bed.place(page, profile).turned else ("X", "Y")
+    placement = bed.place(page, profile)
+    corners = placement.to_page(np.array(bed.reach(profile)))  # of what the pen reaches, mm
+    edge = _EDGE * float(min(page.width, page.height))
+    left, top = (np.maximum(corners.min(axis=0), 0.0) + edge).tolist()
+    right, bottom = (np.minimum(corners.max(axis=0), [page.width, page.height]) - edge).tolist()
+    names = ("Y", "X") if placement.turned else ("X", "Y")
     for scale in _SCALES:
         head = Caption(_title(profile), 0.0, 2.0 * panels.letters(scale), panels.letters(scale))
         above = 3.6 * panels.letters(scale)
@@ -76,15 +80,6 @@ def _title(profile: Plotter) -> str:
     name = "".join(char for char in profile.name.removeprefix("plotter-") if " " <= char <= "~") or "plotter"
     pen = profile.pen
     return name if pen.lift in ("own", "command") else f"{name}: up {pen.up:g}, down {pen.down:g}"
-
-
-def _room(profile: Plotter, page: Page) -> tuple[float, float, float, float]:
-    """Left, top, right and bottom of what the pen reaches of a page, mm, less an edge."""
-    corners = bed.place(page, profile).to_page(np.array(bed.reach(profile)))
-    low = np.maximum(corners.min(axis=0), 0.0)
-    high = np.minimum(corners.max(axis=0), [page.width, page.height])
-    edge = _EDGE * float(min(page.width, page.height))
-    return float(low[0]) + edge, float(low[1]) + edge, float(high[0]) - edge, float(high[1]) - edge
 
 
 def _panels(profile: Plotter, names: tuple[str, str], side: float, scale: float) -> list[Panel]:
