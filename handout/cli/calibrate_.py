@@ -104,8 +104,9 @@ def chart(
     from handout.pipeline.calibrating import print_chart
 
     result = print_chart(printer, paper, sheets, outputs=[path for path in (output, dry_run) if path is not None])
-    where = ", ".join(map(str, result.files)) or f"{units.count(len(result.jobs), 'job')} sent"
-    console.report(result, f"Chart of {units.count(result.pages, 'page')} for {result.dpi} dpi: {where}.")
+    told = result.told
+    where = ", ".join(map(str, result.files)) or f"{units.count(len(told['jobs']), 'job')} sent"
+    console.report(result, f"Chart of {units.count(told['pages'], 'page')} for {told['dpi']} dpi: {where}.")
 
 
 @command.command("read")
@@ -126,7 +127,7 @@ def read_chart(
     from handout.pipeline.calibrating import read_scans
 
     result = read_scans(scans, output, report_file=report_file, hand=hand, accept=accept, listener=console)
-    console.report(result, f"{units.count(len(result.reading.device), 'colour')} read: {output}.")
+    console.report(result, f"{units.count(result.told['patches'], 'colour')} read: {output}.")
 
 
 @command.command()
@@ -199,7 +200,7 @@ def verify(
 @command.command()
 @click.option("--printer", default="", help="Only of this printer.")
 @click.option("--paper", default="", help="Only of this paper.")
-@click.option("--json", "as_json", is_flag=True, help="One JSON object on standard output.")
+@options.as_json
 def show(printer: str, paper: str, as_json: bool) -> None:
     """The stored calibrations, the newest first; the first of a printer and paper is the one that is used.
 

@@ -20,7 +20,7 @@ _json = click.option("--json", "as_json", is_flag=True, help="One JSON object on
 _project = click.option("--project", is_flag=True, help=f"In the project's {PROJECT} instead of your own file.")
 
 
-class _Row(NamedTuple):
+class _ConfiguredRow(NamedTuple):
     """A key, its value, and where that comes from."""
 
     key: str
@@ -97,7 +97,7 @@ def get(key: str) -> None:
     path, option = owners[0]
     keys = [name] if "." not in name else configuration.keys_of(path, option)
     found = next((each for layer in _layers() if (each := layer.find(keys))), None)
-    row = _row(found) if found else _Row(name, _built_in(option), "built-in")
+    row = _row(found) if found else _ConfiguredRow(name, _built_in(option), "built-in")
     click.echo(_show_value(row.value))
     click.echo(f"From: {row.place}.", err=True)
 
@@ -143,8 +143,8 @@ def _layers() -> list[SettingsLayer]:
     return configuration.layers(click.get_current_context().find_root().params.get("config"))
 
 
-def _row(setting: ConfiguredValue) -> _Row:
-    return _Row(setting.key, setting.value, setting.layer.name_place(setting.key))
+def _row(setting: ConfiguredValue) -> _ConfiguredRow:
+    return _ConfiguredRow(setting.key, setting.value, setting.layer.name_place(setting.key))
 
 
 def _built_in(option: click.Option) -> object:
@@ -273,7 +273,7 @@ def problems() -> list[str]:
     return notes
 
 
-def _list_configured(every: bool) -> Iterator[_Row]:
+def _list_configured(every: bool) -> Iterator[_ConfiguredRow]:
     """What is set, by keys; what a nearer place hides is told beside it."""
     layers, told = _layers(), set()
     for path, option in _options():
@@ -283,13 +283,13 @@ def _list_configured(every: bool) -> Iterator[_Row]:
             if places:
                 hidden = [f"{found.layer.kind}: {found.text}" for found in places[1:]]
                 row = _row(places[0])
-                yield _Row(key, row.value, row.place + (f" (over {', '.join(hidden)})" if hidden else ""))
+                yield _ConfiguredRow(key, row.value, row.place + (f" (over {', '.join(hidden)})" if hidden else ""))
             elif every and (key in shared or not shared):
-                yield _Row(key, _built_in(option), "built-in")
+                yield _ConfiguredRow(key, _built_in(option), "built-in")
             told.add(key)
 
 
-def _of_command(words: Sequence[str]) -> Iterator[_Row]:
+def _of_command(words: Sequence[str]) -> Iterator[_ConfiguredRow]:
     """Every option of a verb as it would be with some words."""
     root = click.get_current_context().find_root()
     context = click.Context(root.command, info_name="handout")
@@ -310,4 +310,4 @@ def _of_command(words: Sequence[str]) -> Iterator[_Row]:
         found = configuration.find(path, option, _layers()) if source is ParameterSource.DEFAULT_MAP else None
         value = found.value if found else context.params.get(str(option.name))
         place = found.layer.name_place(found.key) if found else typed.get(source or ParameterSource.DEFAULT, "built-in")
-        yield _Row(configuration.key_of(option), list(value) if isinstance(value, tuple) else value, place)
+        yield _ConfiguredRow(configuration.key_of(option), list(value) if isinstance(value, tuple) else value, place)

@@ -41,7 +41,7 @@ class SharedOption(click.Option):
     unless: Sequence[str] = ()
 
     def consume_value(self, ctx: click.Context, opts: Mapping[str, click.Parameter]) -> tuple[object, ParameterSource]:
-        """As click's; what is configured yields to what is asked for now, and to a plot that goes on as it began."""
+        """As click's; a configured value yields to `unless` and where a kept plot goes on as it began."""
         value, source = super().consume_value(ctx, opts)
         if source is not ParameterSource.DEFAULT_MAP:
             return value, source
@@ -305,7 +305,7 @@ def place(setting: ConfiguredValue) -> str:
 
 
 def _check_keys(layer: SettingsLayer, context: click.Context, command: click.Command, name: str) -> None:
-    """Keys that every verb could take, and those of this verb; `handout config` and `doctor` look at all others."""
+    """Check bare keys, and those of this verb; `handout config` and `doctor` look at all others."""
     if layer.file is None:
         return
     verbs = _leaves(command, name)

@@ -11,8 +11,6 @@ import click
 from handout.cli import options
 from handout.cli.commands import VerbGroup
 
-_json = click.option("--json", "as_json", is_flag=True, help="One JSON object on standard output.")
-
 
 @click.group("devices", cls=VerbGroup)
 def command() -> None:
@@ -24,7 +22,7 @@ def command() -> None:
 @click.option(
     "--network", is_flag=True, help="Plotters that announce themselves on the network instead (three seconds)."
 )
-@_json
+@options.as_json
 def list_(ports: bool, network: bool, as_json: bool) -> None:
     """All known machines; your own files win over shipped ones of the same name.
 
@@ -77,7 +75,7 @@ def _print(
     "--port", default="auto", show_default=True, help="/dev/ttyUSB0, tcp://host, ws://host, moonraker://host, or sim:."
 )
 @click.option("--device", help="The plotter's profile; without it every dialect is tried.")
-@_json
+@options.as_json
 def probe(port: str, device: str | None, as_json: bool) -> None:
     """Ask the plotter at PORT who it is and what it can do; nothing moves.
 

@@ -17,7 +17,7 @@ from handout.pipeline.options import FillOptions, PictureOptions, WritingOptions
 
 
 @dataclass(frozen=True)
-class _Mode:
+class _FillMode:
     """Where the filled-in forms go: to files, or to a plotter."""
 
     output: tuple[Path, ...] = option(
@@ -35,7 +35,7 @@ class _Mode:
 @click.command("fill", cls=VerbCommand)
 @click.argument("form", type=click.Path(path_type=Path))
 @click.argument("answers", type=click.Path(path_type=Path), required=False)
-@options.bind("mode", _Mode, options.from_dataclass(_Mode), options.port())
+@options.bind("mode", _FillMode, options.from_dataclass(_FillMode), options.port())
 @options.bind("filling", FillOptions)
 @options.writing
 @options.picture
@@ -43,7 +43,7 @@ class _Mode:
 def command(
     form: Path,
     answers: Path | None,
-    mode: _Mode,
+    mode: _FillMode,
     filling: FillOptions,
     writing: WritingOptions,
     picture: PictureOptions,
@@ -85,7 +85,7 @@ def command(
 
 
 def _plot(
-    form: Path, answers: Path, mode: _Mode, filling: FillOptions, writing: WritingOptions, console: Console
+    form: Path, answers: Path, mode: _FillMode, filling: FillOptions, writing: WritingOptions, console: Console
 ) -> None:
     """--port."""
     from handout.pipeline.filling import plot_forms

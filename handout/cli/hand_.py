@@ -124,7 +124,7 @@ def list_signatures(console: Console) -> None:
 
 
 @command.command("list")
-@click.option("--json", "as_json", is_flag=True, help="One JSON object on standard output.")
+@options.as_json
 def list_(as_json: bool) -> None:
     """The hands that are known by name: drawn ones and scanned ones, the program's and your own."""
     from handout.pipeline.kept_hands import list_hands

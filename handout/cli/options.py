@@ -19,11 +19,9 @@ from handout.pipeline.declarations import GENERAL, MACHINE, Declaration, build_o
 from handout.pipeline.options import PictureOptions, PoseOptions, SheetOptions, StyleOptions, WritingOptions
 
 _OF_USER = (ParameterSource.COMMANDLINE, ParameterSource.ENVIRONMENT)
-_CONSOLE = group_under(
-    GENERAL,
-    click.option("--json", "as_json", is_flag=True, help="One JSON object on standard output."),
-    click.option("--quiet", "-q", is_flag=True, help="Say nothing but errors."),
-)
+as_json = click.option("--json", "as_json", is_flag=True, help="One JSON object on standard output.")
+_QUIET = click.option("--quiet", "-q", is_flag=True, help="Say nothing but errors.")
+_CONSOLE = group_under(GENERAL, as_json, _QUIET)
 
 
 def from_dataclass(

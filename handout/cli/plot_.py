@@ -34,7 +34,7 @@ _RESUMING = {"resume", "ports", "report", "at_zero", "home_after", "hold_limit",
 
 
 @dataclass(frozen=True)
-class _Mode:
+class _PlotMode:
     """What the command is to do: plot, write a preview, or go on with a job; and with whom at the plotter."""
 
     file: str | None = option(None, FILES, "Read the text from a file; - for standard input.", flags=("--file", "-f"))
@@ -62,7 +62,7 @@ class _Mode:
 
 @click.command("plot", cls=VerbCommand)
 @click.argument("text", nargs=-1)
-@options.bind("mode", _Mode, options.from_dataclass(_Mode), options.port("ports", multiple=True))
+@options.bind("mode", _PlotMode, options.from_dataclass(_PlotMode), options.port("ports", multiple=True))
 @options.bind("drawing", DrawingOptions)
 @options.bind(
     "table",
@@ -89,7 +89,7 @@ class _Mode:
 @options.console
 def command(
     text: tuple[str, ...],
-    mode: _Mode,
+    mode: _PlotMode,
     drawing: DrawingOptions,
     request: PlotRequest,
     table: TableOptions,
@@ -148,7 +148,7 @@ def command(
     return None
 
 
-def _of_kept(text: tuple[str, ...], mode: _Mode, part: PartOptions, again: str, console: Console) -> bool:
+def _of_kept(text: tuple[str, ...], mode: _PlotMode, part: PartOptions, again: str, console: Console) -> bool:
     """--resume and --again, if one of them is given."""
     if mode.resume is not None:
         known, why = "--resume goes on with a plot whose text is known", "a plot that is resumed goes on as it began"
@@ -167,7 +167,7 @@ def _of_kept(text: tuple[str, ...], mode: _Mode, part: PartOptions, again: str, 
 def _plot_rows(
     text: tuple[str, ...],
     request: PlotRequest,
-    mode: _Mode,
+    mode: _PlotMode,
     table: TableOptions,
     merge: MergeOptions,
     console: Console,
@@ -200,7 +200,7 @@ def _plot_rows(
     return result.report.exit_code
 
 
-def _plot(request: PlotRequest, mode: _Mode, console: Console) -> None:
+def _plot(request: PlotRequest, mode: _PlotMode, console: Console) -> None:
     """--port."""
     from handout.pipeline.plotting import plot
 
@@ -213,7 +213,7 @@ def _plot(request: PlotRequest, mode: _Mode, console: Console) -> None:
     console.report(result, f"{sentence}\n{result.fidelity}".strip())
 
 
-def _preview(request: PlotRequest, mode: _Mode, console: Console) -> None:
+def _preview(request: PlotRequest, mode: _PlotMode, console: Console) -> None:
     """--dry-run."""
     from handout.pipeline.plotting import preview
 
@@ -238,7 +238,7 @@ def _check_kept(text: tuple[str, ...], allowed: Collection[str], known: str, why
             raise InputError(f"{option} cannot be changed any more: {why}.")
 
 
-def _plot_again(job: str, part: PartOptions, mode: _Mode, console: Console) -> None:
+def _plot_again(job: str, part: PartOptions, mode: _PlotMode, console: Console) -> None:
     """--again."""
     from handout.pipeline.plotting import plot_again, preview_again
 

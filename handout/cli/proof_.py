@@ -26,7 +26,7 @@ from handout.pipeline.options import MergeOptions, PictureOptions, ProofOptions,
     ProofOptions,
     options.from_dataclass(ProofOptions, leave_out=("copies", "resume", "again", "afresh", "jobs", "cluster")),
 )
-@options.bind("merge", MergeOptions, options.from_dataclass(MergeOptions, leave_out=("margin", "pages")))
+@options.bind("merge", MergeOptions)
 @options.writing
 @options.picture
 @options.console

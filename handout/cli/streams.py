@@ -11,7 +11,7 @@ import sys
 _MODES = {"stdin": os.O_RDONLY, "stdout": os.O_RDONLY, "stderr": os.O_WRONLY}
 
 
-class _Stream(io.TextIOWrapper):
+class _OutputStream(io.TextIOWrapper):
     """Standard output or error, which notes that nobody takes what is written to it.
 
     Standard error is no reason to end what is being said; what is lost of it nobody can read.
@@ -41,7 +41,7 @@ class _Stream(io.TextIOWrapper):
             raise  # the error that is being handled
 
 
-_output: list[_Stream] = []  # standard output, whatever click puts in its place
+_output: list[_OutputStream] = []  # standard output, whatever click puts in its place
 
 
 def open_closed() -> None:
@@ -53,12 +53,12 @@ def open_closed() -> None:
     for name, real in (("stdout", sys.__stdout__), ("stderr", sys.__stderr__)):
         stream = getattr(sys, name)
         if stream is real or real is None:  # and not what a test has put there
-            setattr(sys, name, _Stream(stream, needed=name == "stdout"))
-    _output[:] = [sys.stdout] if isinstance(sys.stdout, _Stream) else []
+            setattr(sys, name, _OutputStream(stream, needed=name == "stdout"))
+    _output[:] = [sys.stdout] if isinstance(sys.stdout, _OutputStream) else []
 
 
 def check_unread(leave: SystemExit) -> None:
-    """Raise what ended the command, unless click did since nobody reads what it prints any more."""
+    """Raise the exit again, unless click ended because nobody reads what it prints any more."""
     if not is_unread():
         raise leave
 

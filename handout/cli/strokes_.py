@@ -27,7 +27,7 @@ def command() -> None:
 @click.option("--output", "-o", type=click.Path(path_type=Path), help="Write the plans here, as JSON.")
 @click.option("--report", type=click.Path(path_type=Path), help="Write a picture of trace, fit and speeds here (SVG).")
 @click.option("--shape-only", is_flag=True, help="Ignore the times of the trace.")
-@click.option("--json", "as_json", is_flag=True, help="One JSON object on standard output.")
+@options.as_json
 def fit(trace: Path, output: Path | None, report: Path | None, shape_only: bool, as_json: bool) -> None:
     """Find the plan behind every stroke of TRACE: InkML, UNIPEN, SVC, GML, SVG or a drawing in JSON.
 

@@ -270,8 +270,7 @@ def prove_batch(name: str, *, listener: Listener = SILENT) -> Facts:
     for gone in (_APPROVED, _FACTS):
         (batch.folder / gone).unlink(missing_ok=True)
     device, printer = (plan.device or "grbl-servo", "") if plan.to == "plotter" else ("", plan.printer)
-    own: dict[str, Any] = {"page": plan.page, "printer": printer, "device": device, "margin": plan.merge.margin}
-    options = ProofOptions(**_table_fields(plan.table), **own, pages=plan.merge.pages)
+    options = ProofOptions(**_table_fields(plan.table), page=plan.page, printer=printer, device=device)
     merge = replace(batch.merge, approved=None)
     result = proof(batch.table, [path], options, plan.writing, plan.picture, merge, listener=listener)
     pictures = []

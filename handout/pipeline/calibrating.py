@@ -20,11 +20,11 @@ from handout.calibrating.verification import Verification
 from handout.calibrating.wizard import CalibrationTask, ScansRefused, Step, Wizard
 from handout.colour import cgats, exports, report
 from handout.colour.chart_files import ti3
-from handout.colour.reading import ChartReading, pen_field
+from handout.colour.reading import pen_field
 from handout.colour.reading import read_scans as read_chart
 from handout.errors import HandoutError, InputError
 from handout.pipeline.options import CalibrationOptions, CalibrationPlace, ChartOptions
-from handout.pipeline.results import SILENT, Attendant, Facts, Listener, Result
+from handout.pipeline.results import SILENT, Attendant, Delivery, Facts, Listener, Result
 from handout.printing import printers
 from handout.profiles import Printer
 
@@ -44,18 +44,18 @@ _SIMULATED = {
 }
 
 
-@dataclass(frozen=True, eq=False)
-class Calibrated(Result):
-    """A calibration that was stored, and what the pen in the chart's frame says of the hand."""
+@dataclass(frozen=True, eq=False, kw_only=True)
+class CalibrationDelivery(Delivery):
+    """What was made of a calibration that is stored."""
 
     calibration: Calibration
-    reference: FrameReference | None = None
 
-    def facts(self) -> Facts:
-        facts: Facts = self.calibration.facts()
-        if self.reference is not None:
-            facts["pen"] = {**self.calibration.facts()["pen"], **self.reference.facts()}
-        return facts
+
+def _tell_stored(calibration: Calibration, reference: FrameReference | None = None) -> CalibrationDelivery:
+    """A calibration that was stored, and what the pen in the chart's frame says of the hand."""
+    told = calibration.facts()
+    pen = {} if reference is None else {"pen": {**told["pen"], **reference.facts()}}
+    return CalibrationDelivery(calibration=calibration, told={**told, **pen})
 
 
 def begin(place: CalibrationPlace, profile: Printer) -> Wizard:
@@ -97,7 +97,7 @@ def scan_page(wizard: Wizard, name: str, loop: Loop | None) -> list[Path]:
     return loop.scan(page, to, wizard.frame) if loop else [scanner.scan(name, wizard.chart.paper, to)]
 
 
-def calibrate(place: CalibrationPlace, attendant: Attendant = SILENT) -> Calibrated:
+def calibrate(place: CalibrationPlace, attendant: Attendant = SILENT) -> CalibrationDelivery:
     """Calibrate a printer step by step; a run that was left is gone on with.
 
     Raises
@@ -125,7 +125,7 @@ class _Guide:
     attendant: Attendant
     loop: Loop | None
 
-    def lead(self) -> Calibrated:
+    def lead(self) -> CalibrationDelivery:
         """Do what comes next, until the calibration is stored."""
         wizard, say = self.wizard, self.attendant.say
         reference: FrameReference | None = None
@@ -155,7 +155,7 @@ class _Guide:
                     wizard.go_back()
             else:
                 stored = wizard.store()
-        return Calibrated(stored, reference)
+        return _tell_stored(stored, reference)
 
     def _print_page(self) -> None:
         """Print what comes next, or write it into the folder that was named, and say where it is."""
@@ -185,19 +185,9 @@ class _Guide:
                 self.attendant.say(str(error))
 
 
-@dataclass(frozen=True)
-class ChartWritten(Result):
-    """A chart that was printed or written."""
-
-    files: tuple[Path, ...]
-    jobs: tuple[str, ...]
-    pages: int
-    dpi: int
-
-
 def print_chart(
     printer: str, paper: str = store.PLAIN, chart: ChartOptions | None = None, *, outputs: Sequence[Path] = ()
-) -> ChartWritten:
+) -> Delivery:
     """Print the calibration chart, or write it to .pdf and .png files.
 
     Raises
@@ -212,23 +202,8 @@ def print_chart(
     printed = pages.chart_pages(layout, profile, f"{store.key(printer)}/{store.key(paper)}")
     files = tuple(path for output in outputs for path in pages.write(printed, output))
     jobs = () if files else pages.send(printed, profile)
-    return ChartWritten(files, jobs, len(layout.pages), profile.dpi)
-
-
-@dataclass(frozen=True, eq=False)
-class ChartRead(Result):
-    """A chart whose scans were read into a table of patches."""
-
-    reading: ChartReading
-    reference: FrameReference
-    files: tuple[Path, ...]
-
-    def facts(self) -> Facts:
-        findings = [finding.facts() for finding in self.reading.findings]
-        files = list(map(str, self.files))
-        return {
-            "patches": len(self.reading.device), "findings": findings, "files": files, "pen": self.reference.facts()
-        }  # fmt: skip
+    told = {"files": [*map(str, files)], "jobs": [*jobs], "pages": len(layout.pages), "dpi": profile.dpi}
+    return Delivery(files=files, told=told)
 
 
 def read_scans(
@@ -239,7 +214,7 @@ def read_scans(
     hand: str = "",
     accept: bool = False,
     listener: Listener = SILENT,
-) -> ChartRead:
+) -> Delivery:
     """Read scans of a chart into a .ti3 table; what the pen wrote in its frame lies beside it.
 
     Raises
@@ -261,10 +236,13 @@ def read_scans(
         raise ScansRefused(reading.findings, report_file=report_file)
     listener.say(reference.as_message())
     cgats.write(output, ti3(reading))
-    if reading.scribble is None:
-        return ChartRead(reading, reference, (output,))
-    pen_field.save(reading.scribble, pen_field.file_beside(output))
-    return ChartRead(reading, reference, (output, pen_field.file_beside(output)))
+    files: tuple[Path, ...] = (output,)
+    if reading.scribble is not None:
+        pen_field.save(reading.scribble, pen_field.file_beside(output))
+        files = (output, pen_field.file_beside(output))
+    findings = [finding.facts() for finding in reading.findings]
+    told = {"patches": len(reading.device), "findings": findings, "files": [*map(str, files)], "pen": reference.facts()}
+    return Delivery(files=files, told=told)
 
 
 def build_table(
@@ -275,7 +253,7 @@ def build_table(
     scanner_name: str = "",
     method: str = "forward",
     listener: Listener = SILENT,
-) -> Calibrated:
+) -> CalibrationDelivery:
     """Build the table of patches (.ti3) and store it for a printer.
 
     Raises
@@ -287,18 +265,14 @@ def build_table(
     built = store.build_stored(store.read_patches(patches), printer, paper, scanner_name, method)
     if pen_field.file_beside(patches).is_file():
         built.keep_scribble(pen_field.file_beside(patches), "")
-    return Calibrated(built)
+    return _tell_stored(built)
 
 
-@dataclass(frozen=True, eq=False)
-class Verified(Result):
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Verified(CalibrationDelivery):
     """What a scanned verification strip said of a calibration."""
 
-    calibration: Calibration
     verification: Verification
-
-    def facts(self) -> Facts:
-        return self.verification.facts()
 
 
 def verify(printer: str, paper: str, scans: Sequence[Path], *, report_file: Path | None = None) -> Verified:
@@ -313,25 +287,12 @@ def verify(printer: str, paper: str, scans: Sequence[Path], *, report_file: Path
     verified = verification.verify(calibration, scans)
     if report_file is not None:
         verification.write_report(calibration, report_file)
-    return Verified(calibration, verified)
-
-
-@dataclass(frozen=True, eq=False)
-class StripPrinted(Result):
-    """A verification strip that was printed or written."""
-
-    calibration: Calibration
-    files: tuple[Path, ...]
-    jobs: tuple[str, ...]
-
-    def facts(self) -> Facts:
-        files = list(map(str, self.files))
-        return {"files": files, "jobs": list(self.jobs), "calibration": self.calibration.name}
+    return Verified(calibration=calibration, verification=verified, told=verified.facts())
 
 
 def print_strip(
     printer: str, paper: str = "", *, hand: str = "", sheet: str = "A4", output: Path | None = None
-) -> StripPrinted:
+) -> CalibrationDelivery:
     """Print the verification strip of a stored calibration, or write it to a .pdf or .png file.
 
     Raises
@@ -344,9 +305,10 @@ def print_strip(
     if profile.file and output is None:
         raise InputError(f"{printer} writes a file: name it with -o strip.pdf.")
     printed = strip.pages_of(strip.prepare(calibration, hand, sheet), calibration, profile)
-    if output is not None:
-        return StripPrinted(calibration, pages.write(printed, output), ())
-    return StripPrinted(calibration, (), pages.send(printed, profile))
+    files = () if output is None else pages.write(printed, output)
+    jobs = pages.send(printed, profile) if output is None else ()
+    told = {"files": [*map(str, files)], "jobs": [*jobs], "calibration": calibration.name}
+    return CalibrationDelivery(calibration=calibration, files=files, told=told)
 
 
 @dataclass(frozen=True, eq=False)
@@ -382,18 +344,7 @@ def stored_calibrations(printer: str = "", paper: str = "") -> Stored:
     return Stored(tuple(store.list_stored(printer, paper)))
 
 
-@dataclass(frozen=True, eq=False)
-class ExportedCalibration(Result):
-    """A calibration that was written for another program."""
-
-    calibration: Calibration
-    file: Path
-
-    def facts(self) -> Facts:
-        return {"files": [str(self.file)]}
-
-
-def export(printer: str, paper: str, kind: str, output: Path) -> ExportedCalibration:
+def export(printer: str, paper: str, kind: str, output: Path) -> CalibrationDelivery:
     """Write a stored calibration for other programs; `kind` is one of `colour.exports.FORMATS`.
 
     Raises
@@ -407,4 +358,4 @@ def export(printer: str, paper: str, kind: str, output: Path) -> ExportedCalibra
     table = calibration.table()
     source = exports.ExportSource(table, calibration.date, title, calibration.table_file, calibration.patches_file)
     atomic.write(output, exports.FORMATS[kind](source))
-    return ExportedCalibration(calibration, output)
+    return CalibrationDelivery(calibration=calibration, files=(output,), told={"files": [str(output)]})

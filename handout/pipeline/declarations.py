@@ -35,12 +35,12 @@ class Declaration:
 
     help : what the command says of it; None: it is none of the command.
     flags : how it is called on the command line; none: as the field, with dashes.
-    heading : under which of `HEADINGS` it stands.
-    shared : it means the same in every verb, so that one bare key of the configuration sets it for all; unless : and
-        is left aside where one of these parameters is typed.
-    kind : the type of its value, where the default does not tell it; choices : or what it may be; least, most : bounds
-        of a number.
-    metavar : what stands for its value in the help; alone : its value where the option stands without one.
+    heading : the one of `HEADINGS` under which it stands.
+    shared : it means the same in every verb, so that one bare key of the configuration sets it for all; unless :
+        parameters; where one of them is typed, what is configured is ignored.
+    kind : the type of its value, where the default does not tell it; choices : its possible values; least, most :
+        bounds of a number.
+    metavar : what the help shows for its value; alone : its value where the option is typed without one.
     repeated, required : whether it may be given several times, and has to be given.
     off : the name that turns a switch off.
     sent : the type (for msgspec) of the field in bodies of the API; None: it is none of the API; sent_as : its name
@@ -82,21 +82,21 @@ def shared(default: Any, heading: str, help: str, **settings: Any) -> Any:
 def list_declared(
     kind: Any, changed: Mapping[str, Mapping[str, object]] = MappingProxyType({})
 ) -> Iterator[tuple[Field[Any], Declaration]]:
-    """The fields of a dataclass that are options, with their declarations; `changed` : of a field what is otherwise."""
+    """The fields of a dataclass that are options, with their declarations; `changed` : name of a field → changes."""
     for each in fields(kind):
         if (found := each.metadata.get("option")) is not None:
             yield each, replace(found, **changed.get(each.name, {}))
 
 
 def inner(kind: Any) -> dict[str, Any]:
-    """The fields of a dataclass that hold options of their own: name → their usual value."""
+    """The fields of a dataclass that are dataclasses with options of their own: name → default."""
     return {each.name: each.default for each in fields(kind) if is_dataclass(each.default)}
 
 
 def build_options(kind: Any, values: dict[str, object], usual: Any = None) -> Any:
-    """A dataclass, and those in it, of what was given by its fields' names, which is taken out of the values.
+    """Make a dataclass, and those in it, of the values that are called like its fields, and take these out of `values`.
 
-    usual : a value whose fields stand where nothing was given.
+    usual : where no value is given, its fields are taken.
     """
     nested = {name: build_options(type(each), values, each) for name, each in inner(kind).items()}
     own = {each.name: values.pop(each.name) for each in fields(kind) if each.name in values}

@@ -353,25 +353,15 @@ def _describe_field(each: Field) -> str:
     """A field in one line."""
     left, top, right, bottom = each.widgets[0].box
     pages = ", ".join(str(page + 1) for page in dict.fromkeys(widget.page for widget in each.widgets))
-    said = [
-        each.kind if not each.multiline else "text of several lines",
-        f"page {pages}",
-        f"{right - left:.0f} x {bottom - top:.0f} mm",
-        *(
-            [f"{each.cells} cells"]
-            if each.cells
-            else [f"at most {units.count(each.longest, 'character')}"]
-            if each.longest
-            else []
-        ),
-        *(
-            [f"one of {', '.join(shown for _, shown in each.options)}"]
-            if each.kind in ("radio", "choice") and each.options
-            else []
-        ),
-        *(["required"] if each.required else []),
-        *(["locked"] if each.read_only else []),
-        *([f"holds {each.value!r}"] if each.value else []),
-    ]
+    said = [each.kind if not each.multiline else "text of several lines", f"page {pages}"]
+    said.append(f"{right - left:.0f} x {bottom - top:.0f} mm")
+    if each.cells:
+        said.append(f"{each.cells} cells")
+    elif each.longest:
+        said.append(f"at most {units.count(each.longest, 'character')}")
+    if each.kind in ("radio", "choice") and each.options:
+        said.append(f"one of {', '.join(shown for _, shown in each.options)}")
+    said += ["required"] * each.required + ["locked"] * each.read_only
+    said += [f"holds {each.value!r}"] if each.value else []
     label = f" ({each.label})" if each.label and each.label != each.name else ""
     return f"{each.name}{label}: {'; '.join(said)}"

@@ -40,7 +40,7 @@ _WRITING = tuple(each.name for each, declaration in list_declared(WritingOptions
 def inputs(
     text: str, task: WritingTask, writing: WritingOptions, sheet: SheetOptions, page_name: str
 ) -> dict[str, Any]:
-    """All that the pages of a text are made from, as a job keeps it; `page_name` : the page that is written on."""
+    """All that decides how the pages of a text look, as a job keeps it; `page_name` : the page that is written on."""
     name = str(writing.hand)
     file = path(name)
     hand = str(file.resolve()) if Path(name) == file else name
@@ -58,7 +58,7 @@ def inputs(
 
 
 def _digest(hand: Path, pose: str | None = None, style: str | None = None, prime: str | None = None) -> str:
-    """Of the files that a text is written with: its hand, its pose, its style, and what primes that."""
+    """A digest of the files that a text is written with: its hand, pose, style and primer."""
     files = [hand]
     # what reads poses and styles takes a third of the time in which a plot without them begins
     if pose is not None:
@@ -95,7 +95,7 @@ def make_pages(document: Document, profile: Plotter, fit: bool, shares: Sequence
 
 
 def _draw_each_page(document: Document, shares: Sequence[float]) -> Iterator[tuple[Manuscript, Drawing, float]]:
-    """Each page behind those that are kept, with the share of the document that it ends with."""
+    """Draw each page behind those that are kept; with it the share of the document that ends there."""
     if not isinstance(document, TextDocument):
         pages = document.draw(STROKES)
         for number, (manuscript, drawing) in enumerate(zip(pages.manuscripts, pages.drawings, strict=True), 1):
@@ -116,7 +116,7 @@ def _draw_each_page(document: Document, shares: Sequence[float]) -> Iterator[tup
 
 @contextlib.contextmanager
 def producer(job: PlotJob) -> Iterator[ProducerProcess | None]:
-    """A program that makes the pages that a job lacks, as long as it is plotted; None if it lacks none."""
+    """A block with a program beside it that makes the pages that a job lacks; None if it lacks none."""
     if job.whole:
         yield None
         return
@@ -153,7 +153,7 @@ def complete(folder: Path) -> Iterator[int]:
 
 
 def _reopen_task(inputs: Mapping[str, Any], pages: int) -> WritingTask:
-    """The task of a job whose pages behind the first few are lacking."""
+    """Prepare the task of a job again, to write the pages that it lacks; refuse another program or hand."""
     options = inputs["options"]
     lacking = f"The pages behind page {pages} were not made yet"
     if inputs["program"] != program():

@@ -50,7 +50,7 @@ class StaleHand(InputError):
 
 
 @dataclass(frozen=True, eq=False)
-class _State:
+class _DeskState:
     """A hand and what is thought of it.
 
     probability : (n,) of each glyph to be what it is called, as far as it is known.
@@ -61,21 +61,21 @@ class _State:
 
 
 @dataclass(eq=False)
-class _Desk:
+class _LetterDesk:
     """A hand that is looked at.
 
-    on_disk : tells the file and its log as they were read or written last from what somebody else wrote.
-    journal : of the file; steps : what was done since, each with its entry and the state before; undone : of those
-        what can be made again.
-    revision : of the state: another for each change.
-    behind : pages on which words around the last step are not aligned anew yet, and the letters that it removed.
+    on_disk : time and size of the file and its log when they were last read or written here; others mean that another
+        program has changed them.
+    journal : of the file; steps : what was done since, each with the state before it; undone : steps to make again.
+    revision : changes with the state.
+    behind : pages with words around the last step that are still to be aligned, and the letters that it removed.
     """
 
     path: Path
     on_disk: tuple[int, int, int, int]
     journal: CorrectionJournal
-    state: _State
-    steps: list[tuple[JournalEntry, _State]] = field(default_factory=list)
+    state: _DeskState
+    steps: list[tuple[JournalEntry, _DeskState]] = field(default_factory=list)
     undone: list[tuple[AnyCorrection, ...]] = field(default_factory=list)
     revision: str = field(default_factory=lambda: secrets.token_hex(8))
     behind: tuple[set[int], frozenset[tuple[int, int]]] | None = None
@@ -91,12 +91,12 @@ class _Desk:
     def log(self) -> PendingLog:
         return PendingLog(self.path)
 
-    def turn(self, state: _State) -> None:
-        """Let the hand be another."""
+    def turn(self, state: _DeskState) -> None:
+        """Take a new state, with a new revision."""
         self.state, self.revision = state, secrets.token_hex(8)
 
     def aligner(self, page: int) -> PageAligner | None:
-        """What aligns a page anew; None for one that cannot be."""
+        """What aligns a page anew; None for a page that cannot be aligned."""
         if page not in self.aligners:
             from handout.hand.author_reader import author_reader
             from handout.tagging.page_aligner import PageAligner
@@ -107,7 +107,7 @@ class _Desk:
         return self.aligners[page]
 
 
-_DESKS: dict[Path, _Desk] = {}  # of the files that were looked at last
+_DESKS: dict[Path, _LetterDesk] = {}  # of the files that were looked at last
 
 
 def _state_of(path: Path) -> tuple[int, int, int, int]:
@@ -118,10 +118,10 @@ def _state_of(path: Path) -> tuple[int, int, int, int]:
         raise InputError(f"Cannot read {path}: {error.strerror or error}.") from error
 
 
-def _desk(name: str, aligned: bool = True) -> _Desk:
-    """The desk of a hand; what a break left in its log is made again.
+def _desk(name: str, aligned: bool = True) -> _LetterDesk:
+    """The desk of a hand; corrections that a break left in its log are made again.
 
-    aligned : False: words around the last step may be as they were.
+    aligned : False: words around the last step need not be aligned yet.
     """
     path = library.scanned_file(name)
     desk, on_disk = _DESKS.get(path), _state_of(path)
@@ -135,8 +135,8 @@ def _desk(name: str, aligned: bool = True) -> _Desk:
     with _hold_file(path):
         on_disk = _state_of(path)
         hand, journal = file.load(path), file.journal(path)
-        desk = _Desk(path, on_disk, journal, _State(hand, vet(hand).probability))
-        steps = desk.log.read(journal)
+        desk = _LetterDesk(path, on_disk, journal, _DeskState(hand, vet(hand).probability))
+        steps = desk.log.read_steps(journal)
         if not steps:
             _forget_log(desk)
     for step in steps:
@@ -147,18 +147,18 @@ def _desk(name: str, aligned: bool = True) -> _Desk:
 
 
 def _hold_file(path: Path) -> contextlib.AbstractContextManager[None]:
-    """The file of a hand and its log, held against other programs."""
+    """A block in which no other program changes the file of a hand or its log."""
     return atomic.hold_file(path, patience=_PATIENCE)
 
 
-def _forget_log(desk: _Desk) -> None:
+def _forget_log(desk: _LetterDesk) -> None:
     desk.log.forget()
     desk.on_disk = _state_of(desk.path)
 
 
 @contextlib.contextmanager
-def _hold_desk(name: str, revision: str) -> Iterator[_Desk]:
-    """The desk of a hand that is to be changed, held until it is."""
+def _hold_desk(name: str, revision: str) -> Iterator[_LetterDesk]:
+    """A block that changes the hand on its desk, and no other program does."""
     path = library.scanned_file(name)
     if library.comes_with_program(path):
         raise InputError(f"{path.stem} comes with the program: make a copy of your own first.")
@@ -175,25 +175,29 @@ def open_letters(name: str) -> Facts:
     return _desk_facts(_desk(name))
 
 
-def _desk_facts(desk: _Desk) -> Facts:
+def _desk_facts(desk: _LetterDesk) -> Facts:
     hand, journal = desk.state.hand, desk.journal
     page_of = np.array([glyph.page for glyph in hand.glyphs], dtype=np.intp)
     letters = np.bincount(page_of, minlength=len(hand.pages)).tolist()
     doubtful = np.bincount(page_of, desk.state.probability < SURE, len(hand.pages)).astype(int).tolist()
-    pages: list[Facts] = [
-        {
+    pages: list[Facts] = []
+    for number, page in enumerate(hand.pages):
+        baselines = []  # two places of each, pixels: where its line begins and ends
+        for line, (_, _, _, middle, reach) in enumerate(page.baselines.tolist()):
+            x = np.clip([middle - reach, middle + reach], 0, page.shape[1] - 1)
+            baselines.append(np.column_stack([x, page.base(line, x)]).round(1).tolist())
+        facts: Facts = {
             "source": page.source,
             "width": page.shape[1],
             "height": page.shape[0],
             "x_height": round(page.x_height / page.pixel, 1),
             "slant": round(page.slant, 3),
-            "baselines": _baselines(page),
+            "baselines": baselines,
             "letters": letters[number],
             "doubtful": doubtful[number],
             "scan": page.scan is not None,
         }
-        for number, page in enumerate(hand.pages)
-    ]
+        pages.append(facts)
     return {
         "revision": desk.revision,
         "title": hand.title,
@@ -204,15 +208,6 @@ def _desk_facts(desk: _Desk) -> Facts:
         "confirmed": sum(glyph.confirmed for glyph in hand.glyphs),
         "tile": TILE,
     }
-
-
-def _baselines(page: ScannedPage) -> list[list[list[float]]]:
-    """Two places of each line's baseline, pixels: where its writing begins and ends."""
-    found = []
-    for line, (_, _, _, middle, reach) in enumerate(page.baselines.tolist()):
-        x = np.clip([middle - reach, middle + reach], 0, page.shape[1] - 1)
-        found.append(np.column_stack([x, page.base(line, x)]).round(1).tolist())
-    return found
 
 
 def page_letters(name: str, page: int) -> Facts:
@@ -232,8 +227,8 @@ def _page(hand: ScannedHand, page: int) -> ScannedPage:
     return hand.pages[page]
 
 
-def _letters(desk: _Desk, page: int) -> Iterator[tuple[int, bool, Facts]]:
-    """The letters of a page: id, whether it is told otherwise than before, and what is told of it."""
+def _letters(desk: _LetterDesk, page: int) -> Iterator[tuple[int, bool, Facts]]:
+    """The letters of a page: id, whether its facts have changed since they were last told, and these facts."""
     hand, sheet = desk.state.hand, desk.state.hand.pages[page]
     units = graphemes(sheet.transcript)
     here = [number for number, glyph in enumerate(hand.glyphs) if glyph.page == page]
@@ -374,7 +369,11 @@ def align_letters(name: str, revision: str) -> Facts:
 
 
 def _make_and_keep(
-    desk: _Desk, new: tuple[AnyCorrection, ...], step: Sequence[AnyCorrection] = (), back: int = 0, later: bool = False
+    desk: _LetterDesk,
+    new: tuple[AnyCorrection, ...],
+    step: Sequence[AnyCorrection] = (),
+    back: int = 0,
+    later: bool = False,
 ) -> tuple[str, ...]:
     """Make corrections, and keep the step in the log; nothing is made where it cannot be kept."""
     before, steps, journal = desk.state, list(desk.steps), desk.journal
@@ -390,22 +389,22 @@ def _make_and_keep(
     return notes
 
 
-def _make(desk: _Desk, new: tuple[AnyCorrection, ...]) -> tuple[str, ...]:
+def _make(desk: _LetterDesk, new: tuple[AnyCorrection, ...]) -> tuple[str, ...]:
     """Make corrections on the desk, as they are; sentences to show the user."""
-    from handout.hand.corrections import applied
+    from handout.hand.corrections import apply_and_tell
     from handout.tagging.relearning import changes
 
     before = desk.state
-    made = applied(before.hand, new)
+    made = apply_and_tell(before.hand, new)
     desk.steps.append((JournalEntry(new, changes(before.hand, made.hand, made.removed)), before))
     # what was undone is over
     desk.journal = CorrectionJournal(desk.journal.entries[: desk.journal.made], desk.journal.made)
-    desk.turn(_State(made.hand, _carry_probabilities(before, made.hand, {})))
+    desk.turn(_DeskState(made.hand, _carry_probabilities(before, made.hand, {})))
     desk.behind = {one.page for one in new}, made.removed
     return made.notes
 
 
-def _align(desk: _Desk) -> None:
+def _align(desk: _LetterDesk) -> None:
     """Align the words around the last step anew, if they are not."""
     from handout.tagging.relearning import changes
 
@@ -417,15 +416,15 @@ def _align(desk: _Desk) -> None:
     for page in sorted(pages):
         aligner = desk.aligner(page)
         if aligner is not None:
-            renewed = aligner.aligned(before.hand, hand, page)
+            renewed = aligner.align_correction(before.hand, hand, page)
             hand = renewed.hand
             judged |= {(page, at): sure for at, sure in renewed.probability.items()}
     desk.steps[-1] = JournalEntry(entry.corrections, changes(before.hand, hand, removed)), before
-    desk.state = _State(hand, _carry_probabilities(before, hand, judged))
+    desk.state = _DeskState(hand, _carry_probabilities(before, hand, judged))
 
 
-def _tell_pages(desk: _Desk, pages: set[int]) -> Facts:
-    """What a window that shows some pages has to show otherwise: the letters that changed, and all ids in order."""
+def _tell_pages(desk: _LetterDesk, pages: set[int]) -> Facts:
+    """What a window must redraw of some pages: the letters that changed, and all ids in order."""
     told: dict[str, Facts] = {}
     for page in sorted(pages):
         letters = list(_letters(desk, page))
@@ -448,7 +447,7 @@ def rewind_letters(name: str, revision: str, back: int) -> Facts:
     return {**_desk_facts(desk), **_tell_pages(desk, pages or set(range(len(desk.state.hand.pages))))}
 
 
-def _undo(desk: _Desk) -> set[int]:
+def _undo(desk: _LetterDesk) -> set[int]:
     if not desk.steps:
         return _rewind_file(desk, desk.journal.made - 1)
     desk.log.add(desk.journal.made, back=1)
@@ -459,7 +458,7 @@ def _undo(desk: _Desk) -> set[int]:
     return {one.page for one in entry.corrections}
 
 
-def _redo(desk: _Desk) -> set[int]:
+def _redo(desk: _LetterDesk) -> set[int]:
     if desk.journal.made < len(desk.journal.entries) and not desk.steps:
         return _rewind_file(desk, desk.journal.made + 1)
     again = desk.undone[-1]
@@ -468,12 +467,12 @@ def _redo(desk: _Desk) -> set[int]:
     return {one.page for one in again}
 
 
-def _rewind_file(desk: _Desk, made: int) -> set[int]:
-    """Take the file back, or forward, to so many entries of its journal; no page in particular."""
+def _rewind_file(desk: _LetterDesk, made: int) -> set[int]:
+    """Take the file back, or forward, to so many entries of its journal."""
     desk.log.forget()
     desk.journal = file.rewind(desk.path, desk.path, made)
     hand = file.load(desk.path)
-    desk.turn(_State(hand, _carry_probabilities(desk.state, hand, {})))
+    desk.turn(_DeskState(hand, _carry_probabilities(desk.state, hand, {})))
     desk.on_disk = _state_of(desk.path)
     return set()
 
@@ -497,8 +496,8 @@ def keep_letters(name: str) -> Facts:
     return {"made": desk.entries_made}
 
 
-def _write_hand(desk: _Desk, source: Path) -> None:
-    """Write the .hand file, with the steps of a desk after what `source` holds; whole or not at all."""
+def _write_hand(desk: _LetterDesk, source: Path) -> None:
+    """Write the .hand file, whole or not at all: what `source` holds, then the steps of the desk."""
     if desk.steps:
         entries, states = zip(*desk.steps, strict=True)
         hands = [state.hand for state in (*states, desk.state)]
@@ -520,14 +519,14 @@ def begin_learning(name: str, revision: str, copy: str) -> Facts:
 
 def learn_apart(copy: str, listener: Listener = SILENT) -> Facts:
     """Align the corrected pages of a copy anew, and judge all letters anew; how many changed."""
-    from handout.tagging.relearning import changes, realigned
+    from handout.tagging.relearning import changes, realign_page
 
     path = Path(copy)
     before = hand = file.load(path)
     pages = sorted({glyph.page for glyph in hand.glyphs if glyph.confirmed})
     for number, page in enumerate(pages):
         tell = narrow_reports(listener.progress, 0.8 * number / len(pages), 0.8 * (number + 1) / len(pages))
-        hand = realigned(hand, page, rng=np.random.default_rng((0, page)), tell=tell)
+        hand = realign_page(hand, page, rng=np.random.default_rng((0, page)), tell=tell)
     found = changes(before, hand)
     listener.progress(0.8, "judging the letters")
     if found:
@@ -550,32 +549,31 @@ def take_learnt(name: str, copy: str, made: int) -> Facts:
     """
     with _hold_file(library.scanned_file(name)):
         keep_letters(name)
-        return _take_copy(_desk(name), copy, made)
-
-
-def _take_copy(desk: _Desk, copy: str, made: int) -> Facts:
-    learnt = file.journal(Path(copy))
-    kept = desk.journal.entries[: desk.journal.made]
-    if kept[:made] != learnt.entries[:made]:
-        raise StaleHand("Corrections were undone while the page was learned from: what was learned is left out.")
-    hand = file.load(Path(copy))
-    renewed = replace(desk, journal=learnt, steps=[], undone=[])
-    renewed.turn(_State(hand, vet(hand).probability))
-    notes: list[str] = []
-    for entry in kept[made:]:
+        desk = _desk(name)
+        learnt = file.journal(Path(copy))
+        kept = desk.journal.entries[: desk.journal.made]
+        if kept[:made] != learnt.entries[:made]:
+            raise StaleHand("Corrections were undone while the page was learned from: what was learned is left out.")
+        hand = file.load(Path(copy))
+        renewed = replace(desk, journal=learnt, steps=[], undone=[])
+        renewed.turn(_DeskState(hand, vet(hand).probability))
+        notes: list[str] = []
+        for entry in kept[made:]:
+            try:
+                _make(renewed, entry.corrections)
+                _align(renewed)
+            except InputError as error:
+                notes.append(f"Once more after learning: {error}")
         try:
-            _make(renewed, entry.corrections)
-            _align(renewed)
+            # once, and with all of them: a break leaves the hand as it was, or as it is now
+            _write_hand(renewed, Path(copy))
         except InputError as error:
-            notes.append(f"Once more after learning: {error}")
-    try:
-        # once, and with all of them: a break leaves the hand as it was, or as it is now
-        _write_hand(renewed, Path(copy))
-    except InputError as error:
-        raise InputError(f"{error} What was learned is left out; the corrections are in the hand.") from error
-    renewed.turn(_State(file.load(desk.path), renewed.state.probability))  # pictures are read from it: the copy goes
-    _DESKS[desk.path] = renewed
-    return {**_desk_facts(renewed), **_tell_pages(renewed, set(range(len(hand.pages)))), "notes": notes}
+            raise InputError(f"{error} What was learned is left out; the corrections are in the hand.") from error
+        renewed.turn(
+            _DeskState(file.load(desk.path), renewed.state.probability)
+        )  # pictures are read from it: the copy goes
+        _DESKS[desk.path] = renewed
+        return {**_desk_facts(renewed), **_tell_pages(renewed, set(range(len(hand.pages)))), "notes": notes}
 
 
 def letter_strokes(name: str, page: int, spot: tuple[float, float]) -> Facts:
@@ -616,8 +614,8 @@ def _strokes(hand: ScannedHand, number: int, ways: Sequence[tuple[Indices, bool]
     ]
 
 
-def _tell_rewritten(desk: _Desk) -> Facts:
-    """By page the strokes of letters that are written otherwise since the last step told how one of their name is."""
+def _tell_rewritten(desk: _LetterDesk) -> Facts:
+    """By page the strokes of letters whose order changed when the last step gave that of a letter of the same name."""
     from handout.motion.recovery.letter_forms import HANDS
     from handout.motion.recovery.stroke_order import stroke_order_model
 
@@ -632,8 +630,8 @@ def _tell_rewritten(desk: _Desk) -> Facts:
     return {"rewritten": found}
 
 
-def _carry_probabilities(before: _State, hand: ScannedHand, judged: dict[tuple[int, int], float]) -> Array:
-    """How sure the glyphs of a changed hand are: as judged now, or before where they are as before."""
+def _carry_probabilities(before: _DeskState, hand: ScannedHand, judged: dict[tuple[int, int], float]) -> Array:
+    """How sure each glyph of a changed hand is: as judged now, or as before where the glyph did not change."""
     known = {
         _key(before.hand, glyph): p for glyph, p in zip(before.hand.glyphs, before.probability.tolist(), strict=True)
     }
@@ -649,6 +647,6 @@ def _carry_probabilities(before: _State, hand: ScannedHand, judged: dict[tuple[i
 
 
 def _key(hand: ScannedHand, glyph: ScannedGlyph) -> tuple[int, str, int, int]:
-    """What a glyph is known by, whatever its number is, and those of its vertices."""
+    """A key for a glyph that does not depend on its number or on those of its vertices."""
     first = hand.pages[glyph.page].graph.uv[glyph.vertices[0]]
     return glyph.page, glyph.letter, len(glyph.vertices), hash((float(first[0]), float(first[1])))

@@ -22,7 +22,7 @@ from handout.hand.measures import ink_colours
 from handout.inking.mixing import mix_inks, paste_pictures, recolour_ink
 from handout.letters.document import LetterFile, LetterHead, PictureRoom, Signature, blocks_in
 from handout.letters.rows import LetterSetting
-from handout.letters.runs import Runs, WriterOptions, lines_of, runs_of, written
+from handout.letters.runs import Runs, WriterOptions, lines_of, runs_of, write_runs
 from handout.letters.setting import LetterPage, set_letter
 from handout.motion.timing import time_in_air
 from handout.page_sizes import margins
@@ -64,7 +64,7 @@ class LetterDocument:
     timed: bool = True
 
     def background(self, page: int) -> Path | None:
-        """What lies behind the writing of a page, from 1, in previews."""
+        """The file that previews show behind the writing of a page, numbered from 1."""
         head = self.letter.head
         own = (head.first if page == 1 else head.following).background
         name = head.background if own is None else own
@@ -77,7 +77,7 @@ class LetterDocument:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What of the source is not written."""
+        """Notes on what of the source is not written."""
         return self.letter.dropped
 
     @property
@@ -88,7 +88,7 @@ class LetterDocument:
 
     @property
     def task(self) -> WritingTask:
-        """That of the letter's own hand; in a letter its scanned ink follows the ink that is asked for."""
+        """The task of the letter's own hand, whose scanned ink takes the colour that is asked for."""
         main = self.tasks[""]
         return replace(main, picture=replace(main.picture, ink=None))
 
@@ -185,7 +185,7 @@ def _path_beside(letter: LetterFile, name: str) -> str:
 
 
 def _word_places(task: LetterDocument, pages: Sequence[LetterPage]) -> tuple[Facts, ...]:
-    """Of every word where it is, as of a text; `at` is its place in what all hands write, see `_first_places`."""
+    """Each word and its box, as of a text; `at` counts through the texts of all hands, see `_first_places`."""
     first, found = _first_places(runs_of(task.letter, _page_numbers(task.letter)), task.tasks), dict[int, Facts]()
     for number, page in enumerate(pages, 1):
         for voice, manuscript in page.layers.items():
@@ -210,7 +210,7 @@ def _set_pages(task: LetterDocument, row: int | None) -> tuple[Mapping[str, Hand
             layout, own = main.layout, task.tasks[name].layout.x_height
             rewrites = Rewrites(tuple((at - first[name], times) for at, times in layout.rewritten))
             options = WriterOptions(own, layout.x_height, layout.jitter, main.fallback, main.slips, rewrites)
-            writers[name] = written(runs, name, hand, options, [*key, number], readers[name])
+            writers[name] = write_runs(runs, name, hand, options, [*key, number], readers[name])
     limit = main.pages or (1 if main.layout.fit else None)
     setting = LetterSetting(letter, runs, writers, task.first, task.following, _sizes(letter), limit)
     pages = set_letter(setting, lines_of(runs, writers), [*key, len(writers)])
@@ -228,15 +228,15 @@ def _page_numbers(letter: LetterFile) -> int:
 
 
 def _first_places(runs: Runs, hands: Iterable[str]) -> dict[str, int]:
-    """Where what each hand writes begins, in all that they write, one hand after the other: by that words are told."""
-    lengths = [len(runs.text(name)) + 1 if runs.of(name) else 0 for name in hands]
+    """Where each hand's text begins when the texts of all hands are put one behind the other, as words are told."""
+    lengths = [len(runs.text(name)) + 1 if runs.of_hand(name) else 0 for name in hands]
     return dict(zip(hands, accumulate([0, *lengths]), strict=False))
 
 
 def _supply_letters(name: str, runs: Runs, task: LetterDocument) -> tuple[Hand | ScannedHand, Sequence[Borrowed]]:
     """A hand with the letters of its runs, and what was supplied; see `complete_hand`."""
     hand, main = task.tasks[name].hand, task.task
-    if not runs.of(name):
+    if not runs.of_hand(name):
         return hand, []
     with _locate_errors(name, runs):
         return complete_hand(hand, runs.text(name), fallback=main.fallback, seed=main.seed)
@@ -244,15 +244,15 @@ def _supply_letters(name: str, runs: Runs, task: LetterDocument) -> tuple[Hand |
 
 @contextmanager
 def _locate_errors(name: str, runs: Runs) -> Iterator[None]:
-    """Characters that a hand lacks are told with the lines of the letter."""
+    """A block whose errors on lacking characters name the lines of the letter."""
     try:
         yield
     except MissingCharacters as error:
-        raise MissingCharacters(runs.located(name, str(error))) from error
+        raise MissingCharacters(runs.locate_message(name, str(error))) from error
 
 
 def _rereader(hand: Hand | ScannedHand, task: WritingTask) -> Rereader | None:
-    """Who reads what a scanned hand has written, and has it written again; None for a drawn hand."""
+    """What reads the words of a scanned hand, and has those written again that read as others; None: a drawn hand."""
     if hand.pages is None or task.hand.pages is None:
         return None
     from handout.pipeline import rereading
@@ -263,7 +263,7 @@ def _rereader(hand: Hand | ScannedHand, task: WritingTask) -> Rereader | None:
 
 
 def _doubts(name: str, reader: Rereader | None, pages: Sequence[LetterPage]) -> Iterator[tuple[Doubt, Line]]:
-    """The words of a hand that read as others after all, with their pages and lines, and what is on those."""
+    """The words of a hand that still read as others, each with the line that it stands on."""
     if reader is None:
         return
     lines = {
@@ -279,7 +279,7 @@ def _doubts(name: str, reader: Rereader | None, pages: Sequence[LetterPage]) -> 
 
 
 def _list_placed(name: str, pages: Sequence[LetterPage]) -> Iterator[Placed]:
-    """What a hand has written."""
+    """All letters that a hand has written."""
     lines = [line for page in pages for v, layer in page.layers.items() if v.hand == name for line in layer.lines]
     return (placed for line in lines for placed in line.placed if placed.glyph.letter)
 
@@ -291,7 +291,7 @@ def _tell_words(
     doubts: Sequence[tuple[Doubt, Line]],
     lacked: Mapping[str, Sequence[Borrowed]],
 ) -> list[LetterPage]:
-    """The pages with what is told of their words, and of letters that hands lacked, by the hands' names."""
+    """Add to the pages the facts on misread words and on letters that hands lacked (`lacked`, by their names)."""
     told = [{**doubt.facts(), "box": texts.word_box(line, doubt.word)} for doubt, line in doubts]
     lent = [
         ({} if row is None else {"row": row}) | letter_facts(each)
@@ -337,8 +337,20 @@ def _draw_page(
     about: Mapping[str, Any],
     wanted: frozenset[str],
 ) -> Drawing:
-    """A page as one drawing."""
-    layers = list(_layers(page, task, hands, about, wanted))
+    """A page as one drawing, of a layer for each hand, ink and size, and one for each signature."""
+    layers = []
+    for voice, manuscript in page.layers.items():
+        own = replace(task.tasks[voice.hand], hand=hands[voice.hand])
+        drawing = draw(manuscript, own, page.rng.spawn(1)[0], about, wanted)
+        # strokes have the ink of the whole letter from the pen that they are drawn with
+        ink = voice.ink or (own.look.pen.colour if own.coloured and drawing.ink is not None else "")
+        layers.append(_change_ink(drawing, ink, own))
+    for place in page.signatures:
+        signature = find_signature(str(place.source), task.letter.folder)
+        own = replace(task.task, hand=signature, pen_hand=None)
+        manuscript = placed_signature(signature, place, page.whole.page)
+        drawing = draw(manuscript, own, page.rng.spawn(1)[0], about, wanted)
+        layers.append(_change_ink(drawing, place.ink, own))
     told = {**(layers[0].about if layers else about), **texts.words(page.whole), **page.whole.about}
     drawing = Drawing((), page.whole.page, told, beneath=_beneath(task, page, int(about["page_number"])))
     if all(layer.strokes or layer.bounds is None for layer in layers):
@@ -348,28 +360,6 @@ def _draw_page(
     inked = np.array([layer.bounds for layer in layers if layer.bounds is not None])
     bounds = (*inked[:, :2].min(axis=0).tolist(), *inked[:, 2:].max(axis=0).tolist()) if len(inked) else None
     return replace(drawing, ink=partial(_mix_layers, layers, task.task), inked=bounds)
-
-
-def _layers(
-    page: LetterPage,
-    task: LetterDocument,
-    hands: Mapping[str, Hand | ScannedHand],
-    about: Mapping[str, Any],
-    wanted: frozenset[str],
-) -> Iterator[Drawing]:
-    """What is written on a page in one hand, ink and size, and its signatures, each as a drawing."""
-    for voice, manuscript in page.layers.items():
-        own = replace(task.tasks[voice.hand], hand=hands[voice.hand])
-        drawing = draw(manuscript, own, page.rng.spawn(1)[0], about, wanted)
-        # strokes have the ink of the whole letter from the pen that they are drawn with
-        ink = voice.ink or (own.look.pen.colour if own.coloured and drawing.ink is not None else "")
-        yield _change_ink(drawing, ink, own) if ink else drawing
-    for place in page.signatures:
-        signature = find_signature(str(place.source), task.letter.folder)
-        own = replace(task.task, hand=signature, pen_hand=None)
-        manuscript = placed_signature(signature, place, page.whole.page)
-        drawing = draw(manuscript, own, page.rng.spawn(1)[0], about, wanted)
-        yield _change_ink(drawing, place.ink, own) if place.ink else drawing
 
 
 def _beneath(
@@ -413,7 +403,9 @@ def _pixels(path: Path) -> NDArray[np.uint8]:
 
 
 def _change_ink(drawing: Drawing, colour: str, task: WritingTask) -> Drawing:
-    """What is written in an ink of its own."""
+    """Give a drawing an ink of its own; "" leaves it as it is."""
+    if not colour:
+        return drawing
     strokes = tuple(replace(stroke, colour=colour) for stroke in drawing.strokes)
     if drawing.ink is None:
         return replace(drawing, strokes=strokes)
@@ -423,7 +415,7 @@ def _change_ink(drawing: Drawing, colour: str, task: WritingTask) -> Drawing:
 
 
 def _mix_layers(layers: Sequence[Drawing], task: WritingTask, dpi: float) -> Raster:
-    """The ink of all layers of a page; of those that are strokes as the pen of pictures draws them."""
+    """The ink of all layers of a page; the pen of pictures draws those that are strokes."""
     from handout.inking import pens
 
     return mix_inks(
@@ -433,7 +425,7 @@ def _mix_layers(layers: Sequence[Drawing], task: WritingTask, dpi: float) -> Ras
 
 
 def _in_order(layers: Sequence[Drawing], x_height: float) -> tuple[Stroke, ...]:
-    """The strokes of all layers, a word after the other as they stand on the page, on one clock."""
+    """The strokes of all layers, word after word in the order of the page, on one clock."""
     if len(layers) < 2:
         return layers[0].strokes if layers else ()
     strokes = [(stroke.word, layer, at) for layer, each in enumerate(layers) for at, stroke in enumerate(each.strokes)]

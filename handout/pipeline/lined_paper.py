@@ -111,7 +111,7 @@ def lined_paper(
 
 
 def _use_drawn_rules(request: _Request, paper: Paper) -> LinedPaper:
-    """On rules or squares that are drawn under the writing, or that the sheet in a plotter has."""
+    """Write on rules or squares that pictures show under the writing, or that the sheet in the plotter has."""
     layout, squares = request.layout, paper.name == "squared"
     usual = SETTINGS.squares if squares else layout.line_spacing or request.hand.pitch * layout.x_height
     pitch = paper.pitch or usual
@@ -131,7 +131,7 @@ def _use_drawn_rules(request: _Request, paper: Paper) -> LinedPaper:
     rules = tuple((first + k * every * pitch, 0.0) for k in range(count))
     ruling, lowest = Ruling(rules), layout.page.height - layout.margin[2] - DESCENT * layout.x_height
     layout = replace(layout, ruling=ruling)
-    used = ruling.within(_first_room(layout) + FOOT_ABOVE_RULE, lowest + FOOT_ABOVE_RULE, 0.0)
+    used = ruling.rules_within(_first_room(layout) + FOOT_ABOVE_RULE, lowest + FOOT_ABOVE_RULE, 0.0)
     upper = next((height for height, _ in used), first)
     ordinal = {2: "nd", 3: "rd"}.get(every, "th")
     left_out = "" if every == 1 else f" (every {every}{ordinal} rule of {_mm(pitch)})"
@@ -145,7 +145,7 @@ def _use_drawn_rules(request: _Request, paper: Paper) -> LinedPaper:
 
 
 def _use_found_rules(request: _Request, name: str) -> LinedPaper:
-    """On the lines that are found in the picture of a sheet, clear of what is printed on it."""
+    """Write on the lines that are found in the picture of a sheet, clear of what is printed on it."""
     from handout.scanning.given_sheet import read_sheet
     from handout.scanning.printed_areas import find_print
     from handout.scanning.printed_lines import find_printed_lines
@@ -219,7 +219,7 @@ def _clear(
 
 
 def _count_skipped(request: _Request, pitch: float, *, squares: bool) -> tuple[int, tuple[str, ...]]:
-    """Every how many of some rules there is a line of writing; 0 where the line distance asked for fits none."""
+    """How many rules there are to a line of writing; 0 where the line distance that is asked for fits no rules."""
     layout, asked = request.layout, request.layout.line_spacing
     if asked is not None:
         every = max(1, round(asked / pitch))
@@ -237,7 +237,7 @@ def _count_skipped(request: _Request, pitch: float, *, squares: bool) -> tuple[i
 
 
 def _set_size(request: _Request, spacing: float, *, squares: bool) -> Layout:
-    """The layout with lines that far apart, mm, and letters as tall as people make them there."""
+    """Set the line distance, mm, and make the letters as tall as people do on such lines."""
     if request.writing.x_height:
         return replace(request.layout, line_spacing=spacing)
     usual = SETTINGS.x_height_on_squares if squares else SETTINGS.x_height_on_rules
@@ -246,7 +246,7 @@ def _set_size(request: _Request, spacing: float, *, squares: bool) -> Layout:
 
 
 def _inside(layout: Layout, lines: PrintedSheet, sheet: SheetOptions) -> tuple[Layout, tuple[str, ...]]:
-    """The layout inside the margin lines of its sheet, where its margins are not given; and a note."""
+    """Keep the layout inside the margin lines of its sheet, unless margins are given; and a note."""
     top, right, bottom, left = layout.margin
     page, first, last = layout.page, lines.rules[0], lines.rules[-1]
     if sheet.margin:

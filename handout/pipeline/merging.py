@@ -58,9 +58,9 @@ _SENDER, _TICK = 1_000_003, 2_000_003  # added to the seed: a sender does not va
 class MailMerge:
     """A table, and what is made of each of its rows.
 
-    letter : that its rows fill; None where their letters stand in a column, or where there are envelopes only.
-    head : of a letter file, which has no gaps, with the lines around it; None of a plain text.
-    with_letters, with_envelopes : what a row has; sender : the lines of the return address.
+    letter : the template that rows fill; None where letters stand in a column, or where there are envelopes only.
+    head : the head of a letter file with the lines around it, which has no gaps; None for a plain text.
+    sender : the lines of the return address.
     """
 
     path: Path
@@ -85,7 +85,7 @@ class MailMerge:
 
 
 def read_merge(path: Path, table: TableOptions, options: MergeOptions, listener: Listener) -> MailMerge:
-    """The table and its letter, checked as far as they can be without writing; the listener hears how they were read.
+    """Read a table and its letter, and check what needs no writing; the listener hears how they were read.
 
     Raises
     ------
@@ -161,7 +161,7 @@ def begin_batch(
     out: Path | None = None,
     dry_run: bool,
 ) -> tuple[BatchOptions, Journal]:
-    """What is made of a table and its journal, as `journal_of`; the pages get the seed that it is begun with.
+    """Choose the rows of a batch and open its journal (`journal_of`); the pages get the seed that it was begun with.
 
     Raises
     ------
@@ -182,9 +182,9 @@ def begin_batch(
 
 
 def journal_of(pages: RowPages, table: TableOptions, more: Mapping[str, object], dry_run: bool) -> Journal:
-    """The journal of a batch: a new one, the one that is gone on with, or one in memory where nothing is made.
+    """The journal of a batch: a new one, the one that is resumed, or one in memory alone where nothing is made.
 
-    A hand that is no name or file leaves none either: nobody could say whether it is the same the next time.
+    A hand that has neither name nor file leaves no journal: the next run could not tell whether it is the same.
 
     Parameters
     ----------
@@ -212,7 +212,7 @@ def journal_of(pages: RowPages, table: TableOptions, more: Mapping[str, object],
 
 
 def _batch(merge: MailMerge, hand: str, facts: dict[str, object]) -> Batch:
-    """What identifies the batch, by which it is gone on with: its table, its letter, its hand and its options.
+    """What identifies a batch when it is resumed: its table, its letter, its hand and its options.
 
     Of the options for letters only those that were given count, so that a batch of envelopes is the same as before
     there were letters.
@@ -244,7 +244,7 @@ def _list_options(options: object) -> dict[str, object]:
 
 
 def _digest_of_hands(merge: MailMerge) -> str:
-    """A digest of the hands that rows name for themselves; "" if none does."""
+    """A digest of the files of the hands that rows name; "" if no row names one."""
     names = sorted({manner.hand for row in merge.table if (manner := merge.fields.manner(row)).hand})
     files = [library.path(name) for name in names]
     return hashlib.sha256(b"".join(file.read_bytes() for file in files if file.is_file())).hexdigest() if names else ""
@@ -264,7 +264,7 @@ _SHRUNK = 0.99  # of the size that was asked for: what is nearer to it nobody se
 
 @dataclass
 class RowAccount:
-    """What was written of some rows; accounts of rows one after the other add up.
+    """What was written for some rows; accounts add up.
 
     dropped : sentences on what no pen writes of the letters; said : sentences that must be seen at once.
     findings : number of a row → what to look at on its pages, by how much that matters.
@@ -276,7 +276,7 @@ class RowAccount:
     findings: dict[int, list[PageFinding]] = field(default_factory=dict)
 
     def add(self, other: RowAccount) -> list[str]:
-        """Add another, but for its findings; what of it is to be said now."""
+        """Add another account, without its findings; returns the sentences that are to be said now."""
         self.tally += other.tally
         new = [sentence for sentence in other.said if sentence not in self.said]
         self.dropped |= other.dropped
@@ -285,7 +285,7 @@ class RowAccount:
 
 
 def _no_margins(page: Page) -> tuple[float, float, float, float]:
-    """Of a machine that reaches all of a page."""
+    """The margins of a machine that reaches all of a page."""
     return 0.0, 0.0, 0.0, 0.0
 
 
@@ -293,14 +293,14 @@ def _no_margins(page: Page) -> tuple[float, float, float, float]:
 class RowPages:
     """Writes the pages of rows, and counts what was written.
 
-    sheet : of the letters, or without letters of the envelopes; seed : which is known, whatever `writing` says.
+    sheet : of the letters, or without letters of the envelopes; seed : wins over that of `writing`.
     wanted : of a scanned hand its ink or its strokes.
-    calibrated : a task, the name of its hand, who hears what is to be said of that → how its ink goes to the printer.
-    margins : page → (top, right, bottom, left), mm, of it that the machine does not reach.
-    draws : whether pages are drawn; else they are only set, where only that tells whether a text fits, and are blank.
-    account : of the rows since it was settled.
+    calibrated : (task, name of its hand, who hears sentences on it) → how its ink goes to the printer.
+    margins : page → (top, right, bottom, left), mm, that the machine does not reach.
+    draws : False: pages are set, which tells whether a text fits, and stay blank.
+    account : of the rows since `settle` was called.
 
-    It can be pickled, and is then without the rows of its table, its account and what it has loaded.
+    A pickled one has neither the rows of its table, nor its account, nor what it has loaded.
     """
 
     merge: MailMerge
@@ -321,7 +321,7 @@ class RowPages:
         return {**self.__dict__, "merge": bare, "account": RowAccount(), "_tasks": {}, "_calibrations": {}}
 
     def settle(self) -> RowAccount:
-        """What was written since this was last asked for."""
+        """Return the account since the last call, and begin a new one."""
         settled, self.account = self.account, RowAccount()
         return settled
 
@@ -344,7 +344,7 @@ class RowPages:
 
     @property
     def address_x_height(self) -> float | None:
-        """Of addresses, where they are all that is written and it was asked for, mm; None: chosen for each."""
+        """The x-height of addresses, mm, where it is asked for and there are no letters; None: chosen for each."""
         given = self.writing.x_height is not None and not self.merge.with_letters
         return self.look().layout.x_height if given else None
 
@@ -354,7 +354,7 @@ class RowPages:
         return [*letters, *([self.envelope_page] if self.merge.with_envelopes else [])]
 
     def look(self) -> WritingTask:
-        """How rows are written that say nothing of themselves, be it letters or envelopes."""
+        """How rows are written that name no manner of their own, be it letters or envelopes."""
         if self.merge.head is None:
             return self.task(self.merge.with_letters, RowManner())
         return self._letter_file("a", RowManner()).task
@@ -379,7 +379,7 @@ class RowPages:
         return pages
 
     def hand_of(self, task: WritingTask) -> str:
-        """What the hand is called in which rows are written that say nothing of themselves."""
+        """The name of the hand in which rows are written that name none."""
         return self.writing.hand if isinstance(self.writing.hand, str) else task.hand.name
 
     def task(self, of_letter: bool, manner: RowManner) -> WritingTask:
@@ -467,7 +467,7 @@ class RowPages:
     def _write_text(
         self, text: str, task: WritingTask, row: TableRow, layout: Layout | None = None, other: int = 0
     ) -> list[Drawing]:
-        """A text of a row on its pages; `other` than its main text varies otherwise."""
+        """Write a text of a row; `other` : added to the seed, so that it varies otherwise than the main text."""
         if layout is not None:
             wanted = task.layout
             spacing = wanted.line_spacing or layout.line_spacing
@@ -477,7 +477,7 @@ class RowPages:
         return self._pages_of(TextDocument(text, task, layout), row, layout or task.layout)
 
     def _pages_of(self, document: Document, row: TableRow, layout: Layout) -> list[Drawing]:
-        """The pages of a document, counted; what is to be looked at is noted."""
+        """Draw a document, count its pages, and note what is to be looked at."""
         if not self.draws:
             document.check(row.number)
             return [Drawing((), layout.page)]
@@ -554,7 +554,7 @@ def _find_broken(page: Manuscript) -> Iterator[PageFinding]:
 
 
 def approval(pages: RowPages, table: TableOptions) -> dict[str, object]:
-    """All that decides on how the pages of a table look but the seed, as a proof keeps it."""
+    """All that decides how the pages of a table look, without the seed, as a proof keeps it."""
     hand = pages.writing.hand
     if not isinstance(hand, str):
         raise InputError("A hand that is in memory alone cannot be told again: approve pages of a hand with a name.")
@@ -570,7 +570,7 @@ def approval(pages: RowPages, table: TableOptions) -> dict[str, object]:
 
 
 def approved_seed(pages: RowPages, table: TableOptions) -> int:
-    """The seed of the proof that these pages were approved by; their own where none is named.
+    """The seed of the approved proof of these pages; their own where no proof is named.
 
     Raises
     ------

@@ -64,7 +64,6 @@ _METHOD = "How the pose is put together of the library's strokes."
 _STYLES = "fast-tag, calm, blackletter, chancery, scrawl, learned, one of your own, or a .toml or .style file."
 _PRIME = "Of a learned style: the example that primes it, by its name, or a drawing's file."
 _TEMPERATURE = "Of a learned style: how much chance; 1 as in its examples."
-_LETTER_PAGES = "How many pages a letter may have."
 _ROWS = "Rows by their numbers in the file, the header is 1: 3-7,9 or 7-."
 
 
@@ -237,7 +236,7 @@ class PictureOptions:
         from handout.hand import library
 
         name = self.pen
-        return name is not None and name not in PENS and (name.endswith(".hand") or name in library.scanned())
+        return name is not None and name not in PENS and (name.endswith(".hand") or name in library.scanned_files())
 
     def look(self, *, styled: bool = False) -> Look:
         """How pictures look that are asked for so; where a scanned hand lends its ink, strokes are a ballpoint's.
@@ -450,7 +449,7 @@ class MergeOptions:
     with_envelopes: bool = option(False, ENVELOPES, "An envelope for every letter.", sent=bool)
     envelope: str = shared("DL", ENVELOPES, "The size of these envelopes.", sent=PageName)
     margin: str | None = option(None, PAGE, f"Of letters: {_SIDES}", sent=Lengths | None)
-    pages: int | None = option(None, PAGE, _LETTER_PAGES, kind=int, least=1, sent=Number | None)
+    pages: int | None = option(None, PAGE, "How many pages a letter may have.", kind=int, least=1, sent=Number | None)
     language: str = shared(
         "en",
         TABLE,
@@ -609,8 +608,6 @@ class ProofOptions(TableOptions):
     printer: str = option("", MACHINE, "Whose reach is looked at: a printer's profile, or its queue.")
     device: str = option("", MACHINE, "Whose reach and time are looked at: a plotter's profile.")
     prices: str = option("", TABLE, "sheet=0.02,envelope=0.1,hour=4,currency=EUR …", metavar="NAME=…,…")
-    margin: str | None = option(None, PAGE, f"Of letters: {_SIDES}")
-    pages: int | None = option(None, PAGE, _LETTER_PAGES, kind=int, least=1)
 
 
 def millimetres(length: Length, what: str) -> float:

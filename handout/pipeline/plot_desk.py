@@ -63,7 +63,7 @@ class AtPage(Attendant):
         self._first = threading.get_ident()
 
     def _word(self, seconds: float = 0.0) -> str:
-        """As `PageWire.word`; of shared work "on" for whoever waits for that, and nothing else."""
+        """As `PageWire.word`; threads that share work hear only "on", and only where they wait for it."""
         if not self._shared:
             return self._wire.word(seconds)
         if not seconds or not self._on.wait(seconds):
@@ -189,7 +189,7 @@ def move_pen(
 
 
 def known_port(port: str) -> None:
-    """Only ports that are there are opened: an address would be a way to anywhere."""
+    """Refuse a port that is not there: an address that is typed could lead anywhere."""
     if port not in SIMULATED and port not in {found.name for found in serial_devices()}:
         raise InputError(f"There is no port {port} here any more: is the plotter plugged in and switched on?")
 
@@ -252,7 +252,7 @@ def plot_page(name: str, page: int) -> str:
     job = find_job(name)
     if not any(part.page == page for part in job.parts):
         raise InputError(f"The job {name} has no page {page + 1}.")
-    return to_svg(pages.read(job.folder, page), pen_width=float(job.profile.pen.width)).decode()
+    return to_svg(pages.read_drawing(job.folder, page), pen_width=float(job.profile.pen.width)).decode()
 
 
 def draw_plot(name: str, port: str, at_zero: bool, home_after: bool, *, listener: PageWire) -> Facts:

@@ -57,7 +57,7 @@ from handout.sources.drawing_json import from_json
 from handout.values import Drawing, Page
 
 _PENS = "--columns pen=…: a plotter draws with the pen that is in it; the column shows in pictures alone."
-_ENDS = {"ebb": "\r", "hpgl": ""}  # of the lines of a dialect, where that is no line feed
+_ENDS = {"ebb": "\r", "hpgl": ""}  # line ending per dialect; default: a line feed
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -139,7 +139,7 @@ def plot_rows(
 def _plotters(
     shared: Grid, ports: Sequence[str], plotting: PlotOptions, queue: Callable[..., PlotterQueue], attendant: Attendant
 ) -> PlotSpool | Several:
-    """The plotters at these ports, opened now; of several, each is asked for by its name, one after the other."""
+    """Open the plotters at these ports; of several, each is spoken of by its name, and only one asks at a time."""
     addresses = [*ports, *plotting.envelopes_to]
     if len(addresses) == 1:
         only = queue(person=AtPlotter(attendant, ports[0]))
@@ -182,7 +182,7 @@ def _check_grid(shared: Grid, card: Page, profile: Plotter) -> None:
 
 @dataclass(frozen=True)
 class _OnSheet:
-    """A page as it is drawn, which has to be within the reach of the machine wherever it lies on its sheet."""
+    """Prepares a page, and checks that the machine reaches it wherever it lies on its sheet."""
 
     shared: Grid
     profile: Plotter
@@ -294,7 +294,7 @@ class PlotSpool(_Sheets, Spool):
 
 
 def _letters(pieces: Iterable[Piece], envelopes: list[Piece], backs: list[Piece]) -> Iterator[Piece]:
-    """Those of letters; the others are put aside."""
+    """Yield the pieces of letters; put those of envelopes and backs aside."""
     for piece in pieces:
         if piece.part in (ENVELOPE, BACK):
             (envelopes if piece.part == ENVELOPE else backs).append(piece)
@@ -325,7 +325,7 @@ class PlotterQueue:
         return self.person.name or self.person.address
 
     def open(self) -> Self:
-        """With its port open, before any work is done for it."""
+        """Open its port before any work is done for it."""
         self.port = port_to(self.person.address, self.profile)
         return self
 
@@ -363,9 +363,9 @@ class PlotterQueue:
         return Outcome("completed")
 
     def outcome(self, job: str, title: str, earlier: Collection[str] = ()) -> Outcome:
-        """What became of a job, of which its name or its title is known."""
+        """What became of a job whose name or title is known."""
         # of that name if it is known, which may have been given again to another
-        kept = next((plot for plot in store.every() if plot.title == title and job in ("", plot.name)), None)
+        kept = next((plot for plot in store.list_kept_jobs() if plot.title == title and job in ("", plot.name)), None)
         if kept is None:
             if job:
                 return Outcome("unknown", "that plot is not kept any more")
@@ -373,5 +373,5 @@ class PlotterQueue:
         return Outcome("completed" if kept.standing().finished else "waiting", job="" if job else kept.name)
 
     def cancel(self, job: str, title: str) -> Outcome:
-        """Nothing: what has been begun is kept."""
+        """Nothing to cancel: what has been begun is kept."""
         return self.outcome(job, title)

@@ -39,7 +39,7 @@ from handout.plotting.jobs import pages as kept_pages
 from handout.plotting.jobs import runner, store, stretch
 from handout.plotting.jobs.job import JobOptions, PlotJob, load
 from handout.plotting.jobs.pages import NewPage, laid_out
-from handout.plotting.planning.hooking import said
+from handout.plotting.planning.hooking import tell_hooks
 from handout.plotting.planning.plan import Plan
 from handout.plotting.ports import Port
 from handout.plotting.setup.pen_heights import replace_heights
@@ -219,7 +219,7 @@ def preview(
     if request.writing.fit:
         drawings = [fit_to_bed(drawing, profile) for drawing in drawings]
     shown, plans = shown_pages(drawings, request.part, profile, work.options, listener)
-    besides = said([planned.drawing for planned in plans], profile)
+    besides = tell_hooks([planned.drawing for planned in plans], profile)
     notes = (*work.notes, *style_notes(task, drawings), *besides)
     listener.note(*notes)
     files = write_drawings(shown, paths, dataclasses.replace(task.look, show_travel=show_travel))
@@ -291,9 +291,9 @@ def _plot_new(
     behind: str = "",
     notes: Sequence[str] = (),
 ) -> Plotted:
-    """Begin a job while its machine is reached already, tell of it, and plot it; whatever ends it says how to go on.
+    """Open the port, begin a job, say what it is, and plot it; what ends it says how to go on.
 
-    before, behind : what is said of it before how much it is, and behind its name; notes : before the sheet is laid in.
+    before, behind : words before its amount and behind its name; notes : said before the sheet is laid in.
     """
     connected = port_to(person.address, profile)
     try:
@@ -312,7 +312,7 @@ def _plot_new(
 
 
 def asked_machine(plotting: PlotOptions, port: str | None) -> Plotter:
-    """The plotter, with the heights of its pen and the hooks that are asked for."""
+    """The plotter, with the pen heights and the hooks that are asked for."""
     profile = machine(plotting.device, port)
 
     def height(text: str | None, what: str) -> float | None:
@@ -351,7 +351,7 @@ def _positive(text: Length, what: str) -> float:
 
 
 def port_to(port: str, profile: Plotter) -> Port:
-    """The way to the machine, opened before any work is done for it."""
+    """Open the port before any work is done for the machine."""
     try:
         return open_port(port, profile)
     except DeviceError as error:
@@ -382,7 +382,7 @@ def _part(
     """The pages with the part alone that is asked for; the listener hears which that is."""
     laid = [laid_out(page.drawing, profile, options.layers, options.order) for page in pages]
     chosen = stretch.pieces(laid, profile, options.speed, **dataclasses.asdict(part))
-    listener.say(stretch.named(chosen, laid))
+    listener.say(stretch.name_stretch(chosen, laid))
     kept = []
     for number, piece in enumerate(chosen, 1):
         drawing = cut_out(laid[piece.sheet], piece)
@@ -441,7 +441,7 @@ def _kept_pages(job: PlotJob, listener: Listener) -> list[NewPage]:
         count = units.count(job.pages, "sheet")
         listener.say(f"Only {count} of {job.name} had been written: the rest of its text is left out here.")
     told = [*job.told, *[{}] * (job.pages - len(job.told))]
-    return [NewPage(kept_pages.read(job.folder, number), 1.0, told[number]) for number in range(job.pages)]
+    return [NewPage(kept_pages.read_drawing(job.folder, number), 1.0, told[number]) for number in range(job.pages)]
 
 
 def preview_again(
@@ -469,20 +469,20 @@ def preview_again(
 def shown_pages(
     pages: Sequence[Drawing], part: PartOptions, profile: Plotter, options: JobOptions, listener: Listener
 ) -> tuple[list[Drawing], list[Plan]]:
-    """Pages as a preview shows them, and the plans of what is drawn of them."""
+    """The pages as a preview shows them, and the plan of each."""
     laid = [laid_out(page, profile, options.layers, options.order) for page in pages]
     chosen = [stretch.SheetStretch(number, 0, len(page.strokes)) for number, page in enumerate(laid)]
     if part:
         chosen = stretch.pieces(laid, profile, options.speed, **dataclasses.asdict(part))
-        listener.say(stretch.named(chosen, laid))
+        listener.say(stretch.name_stretch(chosen, laid))
     plans = [plan(cut_out(laid[piece.sheet], piece), profile, speed=options.speed) for piece in chosen]
     shown = [with_rest(laid[piece.sheet], piece, made) for piece, made in zip(chosen, plans, strict=True)]
     return shown, plans
 
 
 def _plan_facts(plans: Sequence[Plan]) -> Facts:
-    """What plotting would take, s; how much of it for dips, and whatever else is done besides drawing."""
-    dips, hooks_s = sum(planned.dips for planned in plans), sum(planned.hooked for planned in plans)
+    """The seconds that plotting would take, how often the pen dips, and the seconds for that and other hooks."""
+    dips, hooks_s = sum(planned.dips for planned in plans), sum(planned.hook_time for planned in plans)
     hooks: Facts = {"dips": dips, "hooks_s": round(hooks_s, 2)} if hooks_s else {}
     seconds = round(sum(planned.duration for planned in plans), 2)
     return {"planned_s": seconds, "stretched": greatest_stretch(plans), **hooks}
@@ -494,7 +494,7 @@ def greatest_stretch(parts: Sequence[Plan] | Sequence[PlotReport]) -> float:
 
 
 class ReportFile:
-    """The file that is told how faithful the motion was, or will be; nothing without a file.
+    """The file with the report on how faithful the motion was, or will be; without a path none is written.
 
     Raises
     ------
@@ -517,7 +517,7 @@ class ReportFile:
         """Write what is to be said of all parts up to the one that has just been plotted."""
         if self.path is not None:
             with self._lock:
-                self.rows.append(plot_report.plotted(report, port, len(self.rows) + 1))
+                self.rows.append(plot_report.tell_plotted_page(report, port, len(self.rows) + 1))
                 plot_report.write(self.path, self.rows)
 
 
@@ -551,7 +551,7 @@ def draw_job(
 
 @contextlib.contextmanager
 def _advise_at_end(job: PlotJob, *, new: bool) -> Iterator[None]:
-    """Add to what ends a job how to go on with it; a new one that is refused before anything is drawn is forgotten."""
+    """A block whose errors say how to go on with a job; a new job of which nothing could be drawn is forgotten."""
     try:
         yield
     except DeviceError as error:
@@ -574,7 +574,7 @@ def _advise_at_end(job: PlotJob, *, new: bool) -> Iterator[None]:
 
 
 def how_to_go_on(job: PlotJob) -> str:
-    """How to go on with a job, even one of which nothing is drawn: otherwise --resume would take one before it."""
+    """The sentence on how to go on with a job; it names the job, since --resume alone may take another."""
     try:
         job.standing()
     except InputError:  # what is wrong has been said

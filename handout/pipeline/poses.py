@@ -31,6 +31,8 @@ _SHEET = 1600  # pixels: width of a panel of `show`
 _LINE = 26.0  # pixels of its text
 _THIN, _BOLD = 1.0, 9.0  # pixels of a stroke at no pressure and at full
 _RANGE = (5.0, 95.0)  # percentiles of a channel that its colours range over
+# these colours, dark enough on white
+_BLUE, _GREY, _RED = np.array([30, 70, 220]), np.array([150, 150, 140]), np.array([215, 30, 30])
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -78,19 +80,14 @@ def learn_pose(
     return PoseSheet(library=pose, files=(path,), notes=learned.notes)
 
 
-def find_pose(name: str) -> PoseLibrary:
-    """The pose library of a name, one that comes with the program or the user's own, or of a .pose file.
+def pose_path(name: str) -> Path:
+    """The file of the pose library of a name, one that comes with the program or the user's own, or a .pose file.
 
     Raises
     ------
     InputError
-        There is none (the message lists the nearest), or its file cannot be used.
+        There is none; the message lists the nearest.
     """
-    return library.load(pose_path(name))
-
-
-def pose_path(name: str) -> Path:
-    """The file of a pose library that `find_pose` finds."""
     if name.endswith(".pose"):
         return Path(name)
     known = shipped.files("poses", "*.pose")
@@ -106,7 +103,7 @@ def _model(path: Path, _changed: float) -> PoseModel:
 
 
 def pose_model(name: str) -> PoseModel:
-    """A pose library, ready for giving poses; errors of `find_pose`."""
+    """A pose library, ready for giving poses; errors of `pose_path` and `library.load`."""
     path = pose_path(name)
     return _model(path, path.stat().st_mtime if path.is_file() else 0.0)
 
@@ -136,7 +133,7 @@ def show_pose(name: str, output: str | Path) -> PoseSheet:
         No such library, or a file of another name.
     """
     path = output_path(output, ".png", "a pose library is shown as")
-    pose = find_pose(name)
+    pose = library.load(pose_path(name))
     picture, stream = _sheet(pose), io.BytesIO()
     picture.save(stream, "PNG")
     atomic.write(path, stream.getvalue())
@@ -159,7 +156,10 @@ def _sheet(pose: PoseLibrary) -> Image.Image:
         ends = [f"{np.degrees(v):.0f}°" if angle else f"{v:.2f}" for v in (least, most)]
         draw.text((40, number * tall + 80), f"{channel}: blue {ends[0]}, red {ends[1]}", "black", font)
         place = (pose.xy - low) * scale + [40, number * tall + 140]
-        _strokes(draw, pose, place, _colours(_share(values)))
+        share = _share(values)
+        below, above = np.clip(2 * share, 0, 1)[:, None], np.clip(2 * share - 1, 0, 1)[:, None]
+        mixed = _BLUE + (_GREY - _BLUE) * below + (_RED - _GREY) * above
+        _strokes(draw, pose, place, [(int(r), int(g), int(b)) for r, g, b in mixed.tolist()])
     return image
 
 
@@ -167,14 +167,6 @@ def _share(values: Array) -> Array:
     """0–1 of the range that most values lie in."""
     least, most = np.percentile(values, _RANGE)
     return np.asarray(np.clip((values - least) / max(most - least, 1e-9), 0.0, 1.0))
-
-
-def _colours(share: Array) -> list[tuple[int, int, int]]:
-    """From blue over grey to red; dark enough on white."""
-    blue, grey, red = np.array([30, 70, 220]), np.array([150, 150, 140]), np.array([215, 30, 30])
-    below, above = np.clip(2 * share, 0, 1)[:, None], np.clip(2 * share - 1, 0, 1)[:, None]
-    mixed = blue + (grey - blue) * below + (red - grey) * above
-    return [(int(r), int(g), int(b)) for r, g, b in mixed.tolist()]
 
 
 def _strokes(draw: object, pose: PoseLibrary, place: Array, colours: Sequence[tuple[int, int, int]]) -> None:

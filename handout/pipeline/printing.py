@@ -179,7 +179,7 @@ def _printers(printing: PrintOptions, writing_options: WritingOptions, merge: Me
 
 
 def _find_envelope_printers(profile: Printer, printing: PrintOptions) -> list[Printer]:
-    """The printers that envelopes go to: profiles with queues of their own, or further queues of this profile."""
+    """The printers for envelopes: profiles with queues of their own, or further queues of this profile."""
     names = find_names("printer")
     own = [
         name.endswith(".toml") or full(name) in names or f"printer-{name}" in names for name in printing.envelopes_to
@@ -194,16 +194,16 @@ def _find_envelope_printers(profile: Printer, printing: PrintOptions) -> list[Pr
 
 
 def _direct_way(way: PrinterWay, page: Page, where: Printer) -> PrinterWay:
-    """The way to one of several printers, as it is fed with a page."""
+    """Direct a way to one of several printers, as it is fed with a page."""
     changes = {"queue": where.queue, "file": where.file, "simulated": where.simulated}
     fed = msgspec.structs.replace(way.fed(page), **changes)
     return replace(way, profile=fed, calibrated=where.title == way.profile.title)
 
 
 def _feed_printer(profile: Printer, apart: Printer, printing: PrintOptions, with_letters: bool, page: Page) -> Printer:
-    """The printer, for envelopes beside letters the one that is set apart for them, as it is fed with a page.
+    """The printer as it is fed with a page; `apart` : the one for envelopes beside letters.
 
-    What the options say wins over its profile.  Where there are letters, `--tray` and `--feed` are theirs: an envelope
+    Options win over the profile.  Where there are letters, `--tray` and `--feed` are theirs: an envelope
     is fed as the profile says.
     """
     alone, envelope_page = not with_letters, media.is_envelope(page)

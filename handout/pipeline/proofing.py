@@ -89,7 +89,7 @@ def proof(
     at = prices(machine, options.prices)
     merged = merging.read_merge(Path(table), options, merge, listener)
     usual = "DL" if not merged.with_letters else "A5" if isinstance(machine, Plotter) else "A4"
-    sheet = SheetOptions(options.page, options.margin, options.pages, usual)
+    sheet = SheetOptions(options.page, merge.margin, merge.pages, usual)
     pages = RowPages(merged, writing, sheet, picture, seed=seed_of(writing.seed))
     hand = pages.look().hand.name
     if isinstance(machine, Printer):
@@ -193,7 +193,7 @@ class _Made:
             self._spend(page, covered, seconds, row.copies)
 
     def _spend(self, page: BatchPage, covered: float, seconds: float, copies: int) -> None:
-        """Count what a page uses, which has so many copies."""
+        """Count what the copies of a page use."""
         spent, envelope = self.spent, page.part == ENVELOPE
         self.spent = replace(
             spent,
@@ -205,7 +205,7 @@ class _Made:
         )
 
     def _of_page(self, page: BatchPage) -> tuple[list[PageFinding], float]:
-        """What is to be looked at for where a page's ink lies; s that a plotter would take for it."""
+        """Findings on where a page's ink lies, and the s that a plotter would take for it."""
         drawing, found, seconds = page.drawing, list[PageFinding](), 0.0
         if isinstance(self.machine, Printer):
             fed = media.printer_for(drawing.page, self.machine)

@@ -1,9 +1,9 @@
-"""What a call gives back: facts that turn into JSON, a tally of what was written, and a listener to work that goes on.
+"""What a call gives back: facts for JSON, a tally of what was written, and who listens while the work goes on.
 
-A result is a frozen dataclass, a `Result`, with `facts()`, the JSON object that ``--json`` prints, and `notes`,
-sentences for the user; most verbs give a `Delivery`, which is told those facts when it is made.  `Listener` is how the
-same sentences, and the progress, reach whoever waits for the work; `Attendant` is a listener who also stands at the
-machine: at a terminal, at a page of the studio, or nobody.
+A `Result` is a frozen dataclass with `facts()`, the JSON object that ``--json`` prints, and `notes`, sentences for the
+user; most verbs give a `Delivery`, which gets these facts when it is made.  A `Listener` hears sentences and progress
+while the work goes on; an `Attendant` is a listener who also stands at the machine: at a terminal, at a page of the
+studio, or nobody.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ import contextlib
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields
+from operator import itemgetter
 from pathlib import Path, PurePath
 from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
 
@@ -24,7 +25,7 @@ if TYPE_CHECKING:
 # what JSON can hold
 Fact: TypeAlias = "str | int | float | bool | Sequence[Fact] | Mapping[str, Fact] | None"
 Facts = dict[str, Fact]
-Told = dict[str, Any]  # the same, for who knows what is in it
+Told = dict[str, Any]  # the same, where the caller knows what each key holds
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,37 +38,37 @@ class Result:
     notes: tuple[str, ...] = ()
 
     def facts(self) -> Facts:
-        """The JSON object that ``--json`` prints: as it stands here the fields, files by their names."""
+        """The JSON object that ``--json`` prints: here all fields, and files by their names."""
         values = {each.name: getattr(self, each.name) for each in fields(self) if each.name != "notes"}
         return {name: _plain(value) for name, value in values.items()}
 
 
 def _plain(value: Any) -> Fact:
-    """What stands for a field in JSON."""
+    """The value of a field as JSON takes it."""
     if isinstance(value, tuple):
         return [_plain(part) for part in value]
     return str(value) if isinstance(value, PurePath) else value
 
 
 class Listener(Protocol):
-    """Whoever waits for long work: hears sentences at once, and how far it has come."""
+    """Whoever waits for long work, and hears sentences and progress at once."""
 
     def say(self, *sentences: str) -> None:
-        """Hear what the user should know now; it is no part of the result."""
+        """Hear what the user should know now, and what is no part of the result."""
 
     def note(self, *sentences: str) -> None:
-        """Hear what the user should know now, and what belongs to the notes of the result."""
+        """Hear what the user should know now, and what the notes of the result have, too."""
 
     def progress(self, share: float, stage: str) -> None:
         """Hear which share of the work is done, 0 to 1, and what is being done; a `handout.progress.Tell`."""
 
 
 class Attendant:
-    """Who waits for the work, a `Listener`, and stands at the machine; as it is here, nobody, who hears nothing."""
+    """A `Listener` who stands at the machine; this class itself is nobody, and hears nothing."""
 
     @property
     def watches(self) -> bool:
-        """Whether somebody looks on, who may hold a plotter for as long as they like."""
+        """Whether somebody looks on; then a plotter may stay on hold for as long as they like."""
         return False
 
     def say(self, *sentences: str) -> None:
@@ -80,9 +81,9 @@ class Attendant:
         """See there."""
 
     def do(self, request: str, needed: bool = True) -> None:
-        """Do what is asked for, such as to put in a sheet; nobody is taken to have done it before.
+        """Ask for something to be done, such as to put in a sheet; with nobody there it counts as done.
 
-        needed : False: where nobody can be asked, the request is only told.
+        needed : False: where nobody can be asked, the request is only said.
 
         Raises
         ------
@@ -97,29 +98,29 @@ class Attendant:
             raise InputError(f"{request}: nobody can be asked to; use --at-zero when it is done.")
 
     def try_again(self, error: DeviceError) -> bool:
-        """Hear of a fault and mend it; False: the job ends."""
+        """Hear of a fault, and put it right; False: the job ends."""
         return False
 
     def paused(self, pressed: Callable[[], bool]) -> None:
-        """Wait, the pen lifted, until the plotter's button is `pressed`, or the attendant wants to go on."""
+        """Wait with the pen lifted until the plotter's button is `pressed`, or the attendant says to go on."""
         while not pressed():
             pass
 
     def answer(self, question: str, answers: Mapping[str, str]) -> str:
-        """One of the answers, which are told with what they mean; InputError if nobody can be asked."""
+        """Ask a question; `answers` has each answer with what it means.  InputError if nobody can be asked."""
         raise InputError(f"{question} Nobody can be asked.")
 
     def agrees(self, question: str) -> bool:
-        """Whether the answer is yes; no is the usual one."""
+        """Ask a question; whether the answer is yes, which it is not by default."""
         return False
 
     def file_of(self, what: str) -> Path:
-        """The file with something, such as a scan, that was asked for; InputError if nobody can be asked."""
+        """Ask for the name of a file, such as that of a scan; InputError if nobody can be asked."""
         raise InputError(f"Name the file with {what}: nobody can be asked for it.")
 
     @contextlib.contextmanager
     def plotting(self) -> Iterator[Callable[[float, float], None] | None]:
-        """A block in which a job is drawn: what is told the share that is done and the s that are left, if anything."""
+        """A block in which a job is drawn; gives what hears the share that is done and the s that are left, or None."""
         yield lambda share, left: self.progress(share, "plotting")
 
 
@@ -128,12 +129,11 @@ SILENT = Attendant()
 
 @dataclass(frozen=True)
 class Tally:
-    """What has been written, added up, so that a long batch need not be kept; tallies add up with +.
+    """Counts of what was written; they add up with +, so that the pages of a long batch need not be kept.
 
     pen_down, pen_up : mm; duration : s.
-    borrowed : the letters that the hand lacked, and what was written for them.
-    slips : the words that were struck out.
-    doubtful : the words that read as others.
+    borrowed : letters that the hand lacked, and what was written for them.
+    slips : words that were struck out; doubtful : words that read as others.
     """
 
     pages: int = 0
@@ -149,7 +149,7 @@ class Tally:
 
     @classmethod
     def from_pages(cls, pages: Sequence[Manuscript], drawings: Sequence[Drawing]) -> Tally:
-        """Of some pages of one text, as manuscripts and as strokes."""
+        """Count some pages of one text, given as manuscripts and as strokes."""
         letters = (placed.glyph.letter for page in pages for line in page.lines for placed in line.placed)
         return cls(
             pages=len(pages),
@@ -166,44 +166,32 @@ class Tally:
 
     @property
     def lent_letters(self) -> dict[tuple[str, str], int]:
-        """How often each letter that is not the author's was written, by letter and what it was made of."""
-        counts = Counter[tuple[str, str]]()
-        for letter in self.borrowed:
-            if not letter["own"] and letter["from"] != LEFT_OUT:
-                counts[letter["letter"], letter["from"]] += letter["count"]
-        return counts
+        """How often each letter that is not the author's was written: (letter, what it was made of) → count."""
+        return self._count(itemgetter("letter", "from"), lambda one: not one["own"] and one["from"] != LEFT_OUT)
 
     @property
     def doubtful_letters(self) -> dict[str, int]:
-        """How often each letter was written with the author's own glyphs, of which all are doubtful."""
-        counts = Counter[str]()
-        for letter in self.borrowed:
-            if letter["own"] and letter.get("doubtful"):
-                counts[letter["letter"]] += letter["count"]
-        return counts
+        """How often each letter was written of which all the author's glyphs are doubtful."""
+        return self._count(itemgetter("letter"), lambda one: one["own"] and bool(one.get("doubtful")))
 
     @property
     def left_out(self) -> dict[str, int]:
         """How often each character was left out, since the hand has no form for it."""
-        counts = Counter[str]()
-        for letter in self.borrowed:
-            if not letter["own"] and letter["from"] == LEFT_OUT:
-                counts[letter["letter"]] += letter["count"]
+        return self._count(itemgetter("letter"), lambda one: not one["own"] and one["from"] == LEFT_OUT)
+
+    def _count(self, name: Callable[[Any], Any], wanted: Callable[[Mapping[str, Any]], bool]) -> dict[Any, int]:
+        """How often some of the borrowed letters were written, by what `name` says of each."""
+        counts = Counter[Any]()
+        for letter in filter(wanted, self.borrowed):
+            counts[name(letter)] += letter["count"]
         return counts
 
     def __add__(self, other: Tally) -> Tally:
-        return Tally(
-            self.pages + other.pages,
-            self.lines + other.lines,
-            self.characters + other.characters,
-            self.strokes + other.strokes,
-            self.pen_down + other.pen_down,
-            self.pen_up + other.pen_up,
-            self.duration + other.duration,
-            [*self.borrowed, *other.borrowed] if other.borrowed else self.borrowed,
-            [*self.slips, *other.slips] if other.slips else self.slips,
-            [*self.doubtful, *other.doubtful] if other.doubtful else self.doubtful,
-        )
+        sums: dict[str, Any] = {}
+        for name, own in vars(self).items():
+            more = getattr(other, name)
+            sums[name] = own + more if isinstance(own, int | float) else [*own, *more] if more else own
+        return Tally(**sums)
 
     def facts(self, seed: int, hand: str, files: Sequence[object]) -> Facts:
         """What ``--json`` prints of it."""
@@ -218,15 +206,13 @@ class Tally:
             "seed": seed,
             "hand": hand,
             "files": [str(path) for path in files],
-            **({"borrowed": self.borrowed} if self.borrowed else {}),
-            **({"slips": self.slips} if self.slips else {}),
-            **({"doubtful": self.doubtful} if self.doubtful else {}),
+            **{name: told for name in ("borrowed", "slips", "doubtful") if (told := getattr(self, name))},
         }
 
 
 @dataclass(frozen=True, kw_only=True)
 class Delivery(Result):
-    """What was written or drawn, on files or as it would be plotted; told : what ``--json`` prints of it."""
+    """What was written to files, printed or plotted; told : what ``--json`` prints of it."""
 
     tally: Tally = field(default_factory=Tally)
     seed: int = 0

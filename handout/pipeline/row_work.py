@@ -1,8 +1,8 @@
 """The rows of a batch as work for this process, for several, or for a cluster; what is lost is begun again.
 
-A row's pages depend on the batch, the row and the versions of the program alone, so that it does not matter which
-process makes them, nor how often: what a lost process was making is made again by another.  Rows are taken in their
-order, and while none is taken no more are begun than are ahead already.
+The pages of a row depend on the batch, the row and the versions of the program alone, so that any process may make
+them, and what a lost process was making another makes again.  Rows are taken in their order; while none is taken, no
+more are begun.
 """
 
 from __future__ import annotations
@@ -66,8 +66,8 @@ class MadeRow:
 class RowWork:
     """How a batch makes its rows; it can be pickled.
 
-    drawn : whether pages are drawn to be checked, too, since only strokes tell whether a machine reaches them.
-    folder : in which names of files are meant; hands : the digests of the hands' files by their names.
+    drawn : whether a check draws the pages, since only strokes tell whether a machine reaches them.
+    folder : where names of files are looked up; hands : names of hands and the digests of their files.
     """
 
     pages: RowPages
@@ -111,7 +111,7 @@ class RowWork:
 
 
 def row_work(pages: RowPages, prepare: Prepare, drawn: bool = False) -> RowWork:
-    """The work of a batch, with what other machines have to have."""
+    """The work of a batch, with the digests of the hands that other machines must have, too."""
     own = pages.writing.hand
     names = {pages.merge.fields.manner(row).hand for row in pages.merge.table} | {own if isinstance(own, str) else ""}
     digests = {name: _digest(name) for name in sorted(names - {""})}
@@ -119,7 +119,7 @@ def row_work(pages: RowPages, prepare: Prepare, drawn: bool = False) -> RowWork:
 
 
 def _digest(name: str) -> str:
-    """Of the file of a hand; "" where there is none."""
+    """The digest of the file of a hand; "" where there is none."""
     try:
         return hashlib.sha256(library.path(name).read_bytes()).hexdigest()
     except (InputError, OSError):
@@ -160,7 +160,7 @@ class Remote(ABC):
             yield self._take_first(waiting, check)
 
     def _take_first(self, waiting: deque[tuple[TableRow, Any]], check: bool) -> MadeRow:
-        """The first of the rows that are begun, when it is made."""
+        """Wait for the first of the rows that are begun; begin again what is lost."""
         for _ in range(_MOST_LOST):
             made = self.result(waiting[0][1])
             if made is not None:
@@ -282,7 +282,7 @@ class ProcessWorkers(Remote):
 
 @contextlib.contextmanager
 def _unheard() -> Iterator[None]:
-    """A process that is begun meanwhile never hears Ctrl-C: that is for this one, which then ends it."""
+    """A block whose new processes never hear Ctrl-C: this process hears it, and ends them."""
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return
@@ -390,7 +390,7 @@ def _make_row(row: TableRow, check: bool) -> MadeRow:
 def count_made(
     workers: RowWork | Remote, account: RowAccount, say: Callable[..., object], check: bool = False
 ) -> MakeRows:
-    """Rows as they are made, which an account counts; what is to be said of them is said once."""
+    """Make rows and count them in an account; what is to be said of them is said once."""
 
     def make_each(rows: Iterable[TableRow]) -> Iterator[PreparedRow]:
         for made in workers.make_each(rows, check):

@@ -61,7 +61,7 @@ def _join_pages(manuscripts: Sequence[Manuscript], page: Page) -> Manuscript:
 def _try_texts(
     texts: Sequence[Text], task: WritingTask
 ) -> tuple[dict[int, tuple[Drawing, Manuscript]], dict[str, str]]:
-    """The texts that can be written by their numbers, and why the others cannot."""
+    """Write the texts that can be written (number → pages), and say why the others cannot."""
     layouts, left = dict[int, Layout](), dict[str, str]()
     for number, text in enumerate(texts):
         try:
@@ -136,7 +136,7 @@ def _place_texts(
 
 
 def _move_strokes(text: Text, strokes: Sequence[Stroke], x: float) -> tuple[Stroke, ...]:
-    """Strokes of a text that begins at x, px, on its baseline."""
+    """Move the strokes of a text to its baseline, on which it begins at x, px."""
     turn, scale = text.to_mm[:, :2], _scale(text)
     angle = math.atan2(turn[1, 0], turn[0, 0])
 

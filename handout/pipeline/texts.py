@@ -33,7 +33,7 @@ from handout.sinks import check_outputs as check_outputs
 from handout.values import Drawing, Line, Manuscript, Placed
 from handout.writing.compose import each_page, each_part
 from handout.writing.layout import Layout
-from handout.writing.text import LEFT_OUT, Borrowed, unseen
+from handout.writing.text import LEFT_OUT, Borrowed, find_unseen
 
 if TYPE_CHECKING:
     from handout.hand.drawn import Hand
@@ -113,7 +113,7 @@ def prepare(
         replace(picture.look(styled=writing.style is not None), footprint=writing.pose is not None),
     )
     hand = library.find(writing.hand) if isinstance(writing.hand, str) else writing.hand
-    hand, behind = hand.hastened(writing.haste), tuple[str, ...]()
+    hand, behind = hand.with_haste(writing.haste), tuple[str, ...]()
     if hand.pages is not None and isinstance(writing.hand, str):
         from handout.hand.pending import untaken
 
@@ -259,7 +259,7 @@ class TextDocument:
 def set_parts(
     texts: Sequence[str], layouts: Sequence[Layout], task: WritingTask, row: int
 ) -> tuple[WritingTask, Iterator[Sheet]]:
-    """The same for texts that are written one after the other, each in a layout of its own: a page for each.
+    """Set several texts one after the other, each on a page and in a layout of its own; else as `set_pages`.
 
     Raises
     ------
@@ -278,13 +278,13 @@ def set_parts(
 
 
 def try_parts(texts: Sequence[str], layouts: Sequence[Layout], task: WritingTask, row: int) -> list[Sheet | None]:
-    """The same, as they are set before any word is read again; None for what is larger than its layout."""
+    """Set them without reading any word again; None stands for a text that is larger than its layout."""
     hand, _ = _complete_hand_of(task, "\n".join(texts))
     return list(each_part(texts, hand, layouts, [task.seed, row], fallback=task.fallback))
 
 
 def _complete_hand_of(task: WritingTask, text: str) -> tuple[Hand | ScannedHand, Sequence[Borrowed]]:
-    """The hand of a task with the letters of a text, and which it lacked; a drawn one borrows as it writes."""
+    """The hand with all letters of a text, and the letters that it lacked; a drawn hand borrows while it writes."""
     if task.hand.pages is None and not task.fallback:
         return task.hand, []
     from handout.completion.completed_hand import complete_hand
@@ -295,7 +295,7 @@ def _complete_hand_of(task: WritingTask, text: str) -> tuple[Hand | ScannedHand,
 def _set_text(
     text: str, compose: Callable[..., Iterator[Sheet]], task: WritingTask, row: int | None
 ) -> tuple[WritingTask, Iterator[Sheet]]:
-    """What `compose` makes of a text in the hand of a task, as soon as it has all its letters."""
+    """Give the hand of a task all letters of a text, then set the text with `compose`."""
     author = task.hand
     hand, lacking = _complete_hand_of(task, text)
     compose = partial(compose, hand=hand, seed=[task.seed] if row is None else [task.seed, row])
@@ -306,7 +306,7 @@ def _set_text(
         lines = [line for sheet in pages for line in sheet.manuscript.lines]
         placed = (placed for line in lines for placed in line.placed if placed.glyph.letter)
         lacking = list(written_letters(lacking, placed, author))
-    left_out = [*lacking, *unseen(text)]
+    left_out = [*lacking, *find_unseen(text)]
     borrowed = [letter_facts(letter) if row is None else {"row": row, **letter_facts(letter)} for letter in left_out]
     return task, (_add_about(sheet, "borrowed", borrowed) for sheet in sheets) if borrowed else sheets
 
@@ -314,7 +314,7 @@ def _set_text(
 def written_letters(
     letters: Sequence[Borrowed], placed: Iterable[Placed], author: Hand | ScannedHand
 ) -> Iterator[Borrowed]:
-    """What was supplied to an author of the letters that were placed, and what was left out."""
+    """Of the letters that a hand lacked those that were placed, and those that were left out."""
     own, lent = set[int](), set[int]()
     for each in placed if letters else ():
         foreign = each.ink is not None and author.pages is not None and each.ink.number >= len(author.glyphs)
@@ -353,7 +353,7 @@ def _reread_text(
 
 
 def word_places(pages: Sequence[Manuscript]) -> Iterator[Facts]:
-    """Of every word its page, from 1, where it begins in the text, its letters, and where it lies (`word_box`)."""
+    """Each word: its page, from 1, its place in the text, its letters, and its box (`word_box`)."""
     for number, sheet in enumerate(pages, 1):
         for line in sheet.lines:
             for _, group in groupby(line.placed, key=lambda placed: placed.word):
@@ -410,12 +410,12 @@ def _add_about(sheet: Sheet, name: str, facts: Sequence[Facts]) -> Sheet:
 
 
 def title(text: str) -> str:
-    """The beginning of a text, by which its pages are known."""
+    """The beginning of a text, which titles its pages."""
     return " ".join(text.split())[:60]
 
 
 def words(page: Manuscript) -> Facts:
-    """The words of a page, and the number of the first of each line, by which files and plots name their strokes."""
+    """The words of a page, and the number of the first word of each line; files and plots number strokes by them."""
     found: dict[int, str] = {}
     for line in page.lines:
         letters = [placed for placed in line.placed if placed.glyph.letter]
@@ -429,7 +429,7 @@ def words(page: Manuscript) -> Facts:
 
 
 def program() -> str:
-    """What decides about every stroke besides what is asked for."""
+    """The versions that decide about every stroke, besides what is asked for."""
     from handout.reading import second_reader
 
     beside = " and a second reader" if second_reader.find() else ""  # with it other glyphs may be chosen
@@ -443,7 +443,7 @@ def draw(
     about: Mapping[str, Any],
     wanted: frozenset[str] = INK,
 ) -> Drawing:
-    """A page as timed strokes or as scanned ink (`wanted` as in `TextDocument.draw`), with what every output keeps."""
+    """Draw a page as timed strokes or scanned ink (`wanted`: see `TextDocument.draw`), with what outputs keep."""
     drawing = Drawing((), page.page, {})
     if task.hand.pages is None or task.traced or wanted & STROKES:
         from handout.motion.trace import trace
@@ -464,7 +464,7 @@ def draw(
 
 
 def _apply_style(drawing: Drawing, task: WritingTask, rng: np.random.Generator) -> Drawing:
-    """A drawing in the style of the task; `about["style_losses"]` has what of it the style cannot show."""
+    """Move a drawing in the style of the task; `about["style_losses"]` names what the style cannot show."""
     if task.style is None:
         return drawing
     from handout.motion.styles.restyling import losses, restyle
@@ -484,7 +484,7 @@ def style_notes(task: WritingTask, drawings: Sequence[Drawing]) -> list[str]:
 
 
 def _in_colour(drawing: Drawing, task: WritingTask) -> Drawing:
-    """A drawing in the colour of ink that is asked for, where that is not the hand's own."""
+    """Give a drawing the ink colour that is asked for, where that is not the hand's own."""
     if not (task.coloured or task.pen_hand or task.traced):
         return drawing
     from handout.hand.measures import ink_colours

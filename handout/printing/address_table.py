@@ -58,7 +58,7 @@ class Addresses(Sequence[TableRow]):
 
 
 @dataclass(frozen=True)
-class _Table:
+class _Headed:
     """A sheet whose columns are known; `header` is the row of their names, 0 if there is none."""
 
     path: Path
@@ -124,14 +124,14 @@ def read_rows(path: Path, columns: Sequence[str] = ()) -> Addresses:
     return Addresses(rows_, notes=(*table.sheet.notes, *table.notes, *notes), columns=tuple(table.columns))
 
 
-def _read_table(path: Path, columns: Sequence[str]) -> _Table:
+def _read_table(path: Path, columns: Sequence[str]) -> _Headed:
     """The table with its columns, as the headers and the user say."""
     assignments = read_assignments(columns)
     table = _find_header(path, read_sheet(path), assignments)
     return replace(table, columns=assign(assignments, table.columns))
 
 
-def _find_header(path: Path, sheet: TableSheet, assignments: Sequence[ColumnAssignment]) -> _Table:
+def _find_header(path: Path, sheet: TableSheet, assignments: Sequence[ColumnAssignment]) -> _Headed:
     """The table with its header found: the row that the user names columns of, the first, or the likeliest."""
     candidates = header_candidates(sheet.records)
     if not candidates:
@@ -141,11 +141,11 @@ def _find_header(path: Path, sheet: TableSheet, assignments: Sequence[ColumnAssi
     if not header:
         width = max(len(record.cells) for record in sheet.records)
         note = f"there is no header: row {candidates[0]} is the first address"
-        return _Table(path, sheet, 0, [Column(n, "") for n in range(1, width + 1)], (note,))
+        return _Headed(path, sheet, 0, [Column(n, "") for n in range(1, width + 1)], (note,))
     above = [n for n in candidates if n < header]
     verb = "is" if len(above) == 1 else "are"
     skipped = (f"{rows.name_rows(above)} above the header {verb} not read",) if above else ()
-    return _Table(path, sheet, header, columns_of[header], skipped)
+    return _Headed(path, sheet, header, columns_of[header], skipped)
 
 
 def _header_row(columns_of: Mapping[int, Sequence[Column]], assignments: Sequence[ColumnAssignment]) -> int:
@@ -181,7 +181,7 @@ def _one_line(cell: str) -> str:
     return " ".join(cell.split())
 
 
-def _records_below(table: _Table) -> tuple[list[tuple[int, TableRecord]], list[str]]:
+def _records_below(table: _Headed) -> tuple[list[tuple[int, TableRecord]], list[str]]:
     """The rows below the header with their numbers, and what has to be said of those that are skipped."""
     header = [column.header for column in table.columns if column.header]
     records, repeated = [], []
@@ -209,7 +209,7 @@ def _unseen_note(records: Sequence[tuple[int, TableRecord]]) -> Iterator[str]:
 
 
 def _build_addresses(
-    table: _Table, records: Sequence[tuple[int, TableRecord]], kind: str, nameless: bool, elsewhere: Collection[str]
+    table: _Headed, records: Sequence[tuple[int, TableRecord]], kind: str, nameless: bool, elsewhere: Collection[str]
 ) -> Addresses:
     account = ColumnAccount()
     addressed = []
@@ -282,7 +282,7 @@ def _find_kind(address: str, columns: Sequence[Column]) -> str:
     raise TableError(f"address: the table {has}, and no {address!r}.")
 
 
-def _explain_unaddressable(table: _Table) -> str:
+def _explain_unaddressable(table: _Headed) -> str:
     """Why no address can be read, and the way out."""
     if not table.header:
         return f"{table.path}: none of the columns that --columns names holds a street, a place or an address."
@@ -299,7 +299,7 @@ def _explain_unaddressable(table: _Table) -> str:
     return f"{where}; found: {named}; understood: {name_understood()}; or {address_rows.WAY_OUT}."
 
 
-def _explain_nameless(table: _Table) -> str:
+def _explain_nameless(table: _Headed) -> str:
     unknown = [column for column in table.columns if column.role is None and column.header]
     hint = f"; not understood: {', '.join(column.name for column in unknown)}" if unknown else ""
     return (

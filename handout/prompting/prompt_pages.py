@@ -32,7 +32,7 @@ class Prompt:
 
 
 @dataclass
-class _Page:
+class _FilledPage:
     """A page being filled: its lines, and how many more there may be."""
 
     room: int
@@ -106,13 +106,12 @@ def prompt(
         added = [shipped[i] for i in pangrams(shipped)]
         pool, first = pool + added, set(range(len(pool), len(pool) + len(added)))
     closing = Closing(corpus.usable(corpus.shipped_sentences(), allowed))
-    return _fill_pages(
-        SentenceChooser(pool, target, score), first, set(required), closing, [_Page(lines, width) for _ in range(pages)]
-    )
+    chooser, blank = SentenceChooser(pool, target, score), [_FilledPage(lines, width) for _ in range(pages)]
+    return _fill_pages(chooser, first, set(required), closing, blank)
 
 
 def _fill_pages(
-    chooser: SentenceChooser, first: set[int], missing: set[str], closing: Closing, pages: list[_Page]
+    chooser: SentenceChooser, first: set[int], missing: set[str], closing: Closing, pages: list[_FilledPage]
 ) -> Prompt:
     """Fill page after page; `first` are the sentences that may stand first (none: any)."""
     chosen: list[str] = []
@@ -129,7 +128,7 @@ def _fill_pages(
     return Prompt(tuple(tuple(page.lines) for page in pages if page.lines), tuple(chosen))
 
 
-def _tail(closing: Closing, missing: set[str], chosen: list[str], page: _Page) -> list[str]:
+def _tail(closing: Closing, missing: set[str], chosen: list[str], page: _FilledPage) -> list[str]:
     """What must close the last page: sentences, or bare characters if these take too much room."""
     for tail in (closing.sentences(missing, chosen), closing.bare(missing)):
         if page.fits(" ".join(tail)):
@@ -140,7 +139,7 @@ def _tail(closing: Closing, missing: set[str], chosen: list[str], page: _Page) -
     )
 
 
-def _shorter(tail: list[str], fresh: list[str], missing: set[str], page: _Page) -> list[str]:
+def _shorter(tail: list[str], fresh: list[str], missing: set[str], page: _FilledPage) -> list[str]:
     """The sentences of the tail that are still needed, or newly chosen ones where those are shorter."""
     # with some of its words left out the tail never takes more lines, but a fresh one may
     needed = [sentence for sentence in tail if not missing.isdisjoint(sentence)]
@@ -148,7 +147,7 @@ def _shorter(tail: list[str], fresh: list[str], missing: set[str], page: _Page) 
     return fresh if better else needed
 
 
-def _choose_next(chooser: SentenceChooser, page: _Page, first: set[int], tail: str) -> int | None:
+def _choose_next(chooser: SentenceChooser, page: _FilledPage, first: set[int], tail: str) -> int | None:
     """The best sentence that fits the page together with the tail that must close it."""
     if page.characters_left - len(tail) < _LEAST:
         return None

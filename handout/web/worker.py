@@ -50,7 +50,7 @@ class Cancelled(BaseException):
     """Nobody waits for the call any longer; no part of the program catches it as a fault."""
 
 
-class _Desk:
+class _WorkDesk:
     """One call at a time, and the listener that it talks to; what it tells is sent by a thread of its own, which a
     server that does not read cannot hold up."""
 
@@ -146,7 +146,7 @@ def _plain(value: Any) -> Any:
     return value.item() if hasattr(value, "item") else str(value)
 
 
-def _result(call: Call, desk: _Desk) -> dict[str, Any]:
+def _result(call: Call, desk: _WorkDesk) -> dict[str, Any]:
     module, name = call.function.rsplit(".", 1)
     function = getattr(import_module(f"handout.pipeline.{module}"), name)
     heard = {"listener": desk} if call.listens else {}
@@ -163,7 +163,7 @@ def main() -> None:
             signal.signal(getattr(signal, name), signal.SIG_IGN)
     answers = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)
-    desk = _Desk(answers)
+    desk = _WorkDesk(answers)
     threading.Thread(target=desk.listen, args=(sys.stdin.buffer,), daemon=True).start()
     desk.work()
 

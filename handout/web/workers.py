@@ -114,7 +114,7 @@ class Task:
             shutil.rmtree(self.folder, ignore_errors=True)
 
 
-class _Process:
+class _WorkerProcess:
     """One process, started when it is first needed and again after it has ended."""
 
     def __init__(self) -> None:
@@ -219,7 +219,7 @@ class Lane:
 
     def __init__(self, processes: int, most: int, halts: float = 0.0) -> None:
         self._halts = halts
-        self._processes = [_Process() for _ in range(processes)]
+        self._processes = [_WorkerProcess() for _ in range(processes)]
         self._idle, self._room = list(self._processes), asyncio.Semaphore(processes)
         self._row: asyncio.Queue[Task] = asyncio.Queue(most)
         self._running: set[asyncio.Task[None]] = set()
@@ -240,7 +240,7 @@ class Lane:
             self._running.add(doing)
             doing.add_done_callback(self._running.discard)
 
-    async def _run_task(self, process: _Process, task: Task) -> None:
+    async def _run_task(self, process: _WorkerProcess, task: Task) -> None:
         try:
             if not task.has_ended:
                 task.change(state="running")

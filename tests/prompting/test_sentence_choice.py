@@ -152,7 +152,7 @@ def test_closing_holds_all_that_is_missing(missing, texts):
 
 @given(st.lists(st.text("abc ", min_size=1, max_size=30).filter(str.strip), max_size=12))
 def test_a_page_filled_step_by_step_is_wrapped_as_a_whole(texts):
-    page = prompt_pages._Page(100, 12)
+    page = prompt_pages._FilledPage(100, 12)
     for text in texts:
         page.add(" ".join(text.split()))
     assert page.lines == prompt_pages.wrap(" ".join(" ".join(text.split()) for text in texts), 12)

@@ -343,7 +343,7 @@ class Killed(BaseException):
 
 @pytest.mark.parametrize("alive", [1, 2, 3])
 def test_a_kill_while_what_was_learned_is_taken_loses_no_correction(hand, tmp_path, monkeypatch, alive):
-    monkeypatch.setattr(desk._Desk, "aligner", lambda *_: None)
+    monkeypatch.setattr(desk._LetterDesk, "aligner", lambda *_: None)
     monkeypatch.setattr(desk, "vet", lambda hand: SimpleNamespace(probability=np.full(len(hand.glyphs), 0.9)))
     spots, copy = [letters(hand)[i]["spot"] for i in (0, 7)], str(tmp_path / "copy.hand")
     state = made(hand, {"do": "confirm", "at": spots[0]})

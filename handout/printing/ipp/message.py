@@ -191,7 +191,7 @@ def decode(data: bytes) -> tuple[Message, int]:
     PrinterError
         The bytes are no IPP message, or not the whole of one.
     """
-    reader = _Reader(data)
+    reader = _MessageReader(data)
     major, minor, code, request = struct.unpack(">BBHI", reader.take(8))
     groups: list[AttributeGroup] = []
     tag = reader.tag()
@@ -204,7 +204,7 @@ def decode(data: bytes) -> tuple[Message, int]:
     return Message(code, tuple(groups), request, (major, minor)), reader.at
 
 
-class _Reader:
+class _MessageReader:
     """Reads bytes from the front; raises PrinterError if there are too few."""
 
     def __init__(self, data: bytes) -> None:
@@ -227,7 +227,7 @@ class _Reader:
         return self.take(length) if length else b""
 
 
-def _attributes(reader: _Reader) -> tuple[tuple[Attribute, ...], int]:
+def _attributes(reader: _MessageReader) -> tuple[tuple[Attribute, ...], int]:
     """The attributes up to the next tag of a group, and that tag."""
     attributes: list[tuple[str, list[Value]]] = []
     while (tag := reader.tag()) >= 0x10:
@@ -242,7 +242,7 @@ def _attributes(reader: _Reader) -> tuple[tuple[Attribute, ...], int]:
     return tuple(Attribute(name, tuple(values)) for name, values in attributes), tag
 
 
-def _read_value(reader: _Reader, tag: int, depth: int) -> Value:
+def _read_value(reader: _MessageReader, tag: int, depth: int) -> Value:
     body = reader.field()
     if tag != MessageTag.COLLECTION:
         return Value(tag, _decode_value(tag, body))
