@@ -22,14 +22,7 @@ from handout.inking.papers import lay_ink
 from handout.pipeline import merging, plotting
 from handout.pipeline.costs import Costs, Spent, costs, prices
 from handout.pipeline.merging import AT_EDGE, OUT_OF_REACH, WARNED, PageFinding, RowPages
-from handout.pipeline.options import (
-    MergeOptions,
-    PictureOptions,
-    ProofOptions,
-    SheetOptions,
-    WritingOptions,
-    seed_of,
-)
+from handout.pipeline.options import MergeOptions, PictureOptions, ProofOptions, SheetOptions, WritingOptions, seed_of
 from handout.pipeline.results import SILENT, Delivery, Listener, Told
 from handout.plotting import plan
 from handout.printing import media, printers
