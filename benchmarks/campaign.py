@@ -164,7 +164,7 @@ class CountingDesk(Desk):
 
     def lay(self, page: Page, placement: Any) -> None:
         """A fresh sheet; the last is put away."""
-        self.sheets.append(self.executed())
+        self.sheets.append(self.executed_drawing())
         self.laid.add(self.job)
         super().lay(page, placement)
 
@@ -251,7 +251,7 @@ def plotted(machines: Sequence[int], count: int, kills: int, seed: int) -> Batch
             spools = [DeskSpool(_queue(desk, n), jobs) for n, desk in enumerate(desks)]
             if _ran(_work(table, spools), folder, fate, tally):
                 break
-            for job in store.every():
+            for job in store.list_kept_jobs():
                 path = (job.folder / "journal").resolve()
                 if not job.standing().finished and path in safe:
                     os.truncate(path, safe[path])
@@ -308,7 +308,7 @@ def _judge(
     desk: CountingDesk, jobs: dict[str, tuple[Drawing, tuple[Piece, ...]]], tally: Tally, number: int = 0
 ) -> None:
     """Find on which sheets of a desk jobs lie, and look whether all of their ink is there, and once."""
-    sheets = [sheet for sheet in (*desk.sheets, desk.executed()) if sheet.strokes]
+    sheets = [sheet for sheet in (*desk.sheets, desk.executed_drawing()) if sheet.strokes]
     used = set[int]()
     for whole, pieces in jobs.values():
         found = []

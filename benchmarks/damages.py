@@ -29,7 +29,7 @@ from handout.errors import HandoutError, InputError, PrinterError
 from handout.journal_lines import seal
 from handout.plotting.driving.driver import connect
 from handout.plotting.jobs.journal import PlotJournal as PlotJournal
-from handout.plotting.jobs.journal import read
+from handout.plotting.jobs.journal import read_progress
 from handout.plotting.jobs.places import START, DrawnPlace
 from handout.printing import journal
 from handout.printing.batch import BatchOptions, PrinterWay, PrintSpool, make_rows
@@ -81,10 +81,10 @@ def plot_journal(seed: int) -> str:
     with tempfile.TemporaryDirectory() as name, patch.object(os, "fsync", lambda handle: None):
         path = Path(name) / "journal"
         part, right = _plotted(path, rng)
-        whole = read(path)
+        whole = read_progress(path)
         kind, data = on_disk(path.read_bytes(), rng)
         path.write_bytes(data)
-        standing = read(path)
+        standing = read_progress(path)
         with PlotJournal(path) as kept:
             taken_up = kept.standing
     if (standing.part, standing.place) != (taken_up.part, taken_up.place):
@@ -114,9 +114,9 @@ def _plotted(path: Path, rng: np.random.Generator) -> tuple[int, DrawnPlace]:
                         DrawnPlace(right.stroke + int(rng.integers(0, 3)), float(right.stroke + rng.random())),
                     )
                     right = max(before, right)
-                    kept.drawn(right, proven=bool(rng.random() < 0.6))
+                    kept.note_drawn(right, proven=bool(rng.random() < 0.6))
                 elif chance < 0.78:
-                    kept.opened()
+                    kept.note_opened()
                 elif chance < 0.86:
                     kept.complete()
                     part, right = part + 1, START

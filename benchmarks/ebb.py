@@ -52,7 +52,7 @@ def _line(drawing: Drawing, profile: Plotter, firmware: str) -> str:
     port = open_port(f"sim:?firmware={firmware}", profile)
     assert isinstance(port, SimulatedPlotter)
     report = run(made, port, profile)
-    executed = port.executed()
+    executed = port.executed_drawing()
     found, (rms, correlation) = fidelity.compare(drawing, executed), in_time(drawing, executed)
     slices = [block.seconds for block in made.blocks if isinstance(block, Timed)]
     return (

@@ -399,7 +399,7 @@ def perform(run: Run, plotter: Desk, whole: Drawing) -> None:
             if job.standing().finished:
                 break
         run.finished = job.standing().finished
-    drawn = plotter.executed()
+    drawn = plotter.executed_drawing()
     inked = without_pots(drawn, plotter.profile)
     run.inked, run.load = compare(whole, inked.strokes), load(drawn, inked)
     run.overlap = max(OVERLAP, drawn_in(whole, plotter.profile, dialect(plotter.profile.dialect).in_hand))

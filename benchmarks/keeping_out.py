@@ -93,7 +93,7 @@ def hand_without(author: Author, fold: int) -> ScannedHand:
         first = np.cumsum([0, *(len(page.baselines) for page in author.whole.pages)])
         given = set(author.given(fold))
         kept = [i for i, glyph in enumerate(author.whole.glyphs) if int(first[glyph.page]) + glyph.line in given]
-        return author.whole.only(kept)
+        return author.whole.take_glyphs(kept)
     scan, text = without(author, fold)
     rng = np.random.default_rng((7, fold))
     return hand_of_pages(f"{author.path.stem}-{fold}", [tag_page(read_page(scan), text, rng=rng)])

@@ -185,7 +185,7 @@ def main() -> None:
             port = SimulatedPlotter(profile)
             run(made, port, profile)
             print(f"  {device:<14} {hand:<13} {len(real.strokes)} strokes")
-            for title, other in (("plan", made.predicted()), ("simulated", port.executed())):
+            for title, other in (("plan", made.predicted_drawing()), ("simulated", port.executed_drawing())):
                 told = fidelity.compare(other, real)
                 speeds = f"{told.timed:.4f} {told.timed_rms:6.2%}"
                 print(f"    {title:<10} {told.deviation:.3f} mm  {speeds}  {told.stretched:.4f}")

@@ -40,7 +40,7 @@ SEED = 1
 def sure(hand: ScannedHand, letter: str) -> list[int]:
     """Glyphs of a letter of which there is no doubt, the surest first."""
     probability = vet(hand).probability
-    numbers = sorted(hand.of(letter).tolist(), key=lambda i: -probability[i])
+    numbers = sorted(hand.numbers_of_letter(letter).tolist(), key=lambda i: -probability[i])
     return [i for i in numbers if vet(hand).sure[i]][:GLYPHS]
 
 
@@ -182,7 +182,7 @@ def told(rows: Sequence[Row]) -> str:
 def main() -> None:
     """Print a line for each hand, drawn form -> made after the other letters, and one for all."""
     folder = os.environ.get("HANDOUT_HANDS")
-    names = [*map(str, sorted(Path(folder).glob("*.hand")))] if folder else sorted(library.scanned())
+    names = [*map(str, sorted(Path(folder).glob("*.hand")))] if folder else sorted(library.scanned_files())
     every = []
     for name in names:
         hand = library.find(name)

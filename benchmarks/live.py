@@ -109,13 +109,13 @@ def live(drawing: Drawing, profile: Plotter, options: SimulatorOptions) -> Live:
     with tempfile.TemporaryDirectory() as folder:
         job = store.create([drawing], profile, JobOptions(), place=Path(folder))
         runner.run_job(job, lambda: port, _Nobody(), plotted=plotted, log=said.append)
-    return Live(port.executed(), reports[0], tuple(said))
+    return Live(port.executed_drawing(), reports[0], tuple(said))
 
 
 def told(run: Live) -> str:
     """One line of the table."""
     assert run.report.plan is not None
-    meant, report = run.report.plan.intended(), run.report
+    meant, report = run.report.plan.intended_drawing(), run.report
     rms, correlation = ebb.in_time(meant, run.executed)
     paused = [rest for _, _, rest in rests(meant, run.executed)]
     true = f"{len(paused):>3} {sum(paused):6.2f} s {max(paused, default=0.0):.3f} s"

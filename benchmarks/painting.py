@@ -28,7 +28,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.errors import InputError
-from handout.hand.corrections import Paint, applied
+from handout.hand.corrections import Paint, apply_and_tell
 from handout.hand.page_editor import own_ink
 from handout.hand.scanned import KeptScan, ScannedHand, ScannedPage
 from handout.scanning.density import find_density
@@ -224,7 +224,7 @@ def repaired(fault: Fault, kind: str, seed: int, kept: bool) -> Tally:
         left = fault.wanted & (~ink if fault.to == "ink" else ink)
         way, width = _dab(left, page, rng, kind == "stain")
         begin = time.process_time()
-        hand = applied(hand, [Paint(page=0, to=fault.to, stroke=tuple(way), width=width)]).hand
+        hand = apply_and_tell(hand, [Paint(page=0, to=fault.to, stroke=tuple(way), width=width)]).hand
         tally.seconds.append(time.process_time() - begin)
         ink = ink_of(hand.pages[0])
         if count == 1:

@@ -83,7 +83,7 @@ def with_mean_feeds(made: Plan) -> Plan:
         if isinstance(block, MoveBlock):
             feed[row] = block.feed / 60
     lines = lookahead.blocks(way.points, way.stands, machine_of(made.profile))
-    motion = lookahead.run(lines, feed, made.profile.port.queue)
+    motion = lookahead.run_planner(lines, feed, made.profile.port.queue)
     return dataclasses.replace(made, blocks=blocks, motion=motion, starts=start_times(way, motion, made.profile))
 
 
@@ -91,7 +91,7 @@ def execute(made: Plan, latency: float = 0.001, overlap: float = OVERLAP) -> tup
     """What the simulated plotter makes of a plan."""
     port = SimulatedPlotter(made.profile, SimulatorOptions(latency=latency))
     report = run(made, port, made.profile, overlap=overlap)
-    return fidelity.compare(made.intended(), port.executed()), report
+    return fidelity.compare(made.intended_drawing(), port.executed_drawing()), report
 
 
 def fidelity_of_hands() -> None:
@@ -105,7 +105,7 @@ def fidelity_of_hands() -> None:
             mean = with_mean_feeds(made)
             ours, report = execute(made)
             naive, _ = execute(mean)
-            predicted = [fidelity.compare(made.intended(), one.predicted()) for one in (made, mean)]
+            predicted = [fidelity.compare(made.intended_drawing(), one.predicted_drawing()) for one in (made, mean)]
             print(f"  {hand:<13} fitted, predicted   {_figures(predicted[0])}")
             print(f"  {'':<13} fitted, simulated   {_figures(ours)}  {report.executed_s / made.duration:.4f}")
             print(f"  {'':<13} mean F, predicted   {_figures(predicted[1])}")

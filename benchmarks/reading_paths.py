@@ -84,7 +84,7 @@ def main() -> None:
     """Print the table."""
     readers = {"shipped": pen_paths.shipped()} | ({"second": pen_paths.load(SECOND)} if SECOND.is_file() else {})
     hands: dict[str, Hand | ScannedHand] = {
-        name: library.find(name) for name in (*("house-joined", "house-quick", "house-print"), *library.scanned())
+        name: library.find(name) for name in (*("house-joined", "house-quick", "house-print"), *library.scanned_files())
     }
     folder = os.environ.get("HANDOUT_HANDS")
     if folder:

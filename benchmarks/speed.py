@@ -76,7 +76,7 @@ def main() -> None:
     print(f"{'':<34}char/s exponent   one  none  more  stroke minimum peaks/s     up")
     for hand in library.names():
         print(f"{hand + ', drawn':<34}{_written(hand)}")
-    for hand in sorted(library.scanned()):
+    for hand in sorted(library.scanned_files()):
         print(f"{hand + ', scanned':<34}{_written(hand)}")
     folder = os.environ.get("HANDOUT_DATA")
     if folder is None:

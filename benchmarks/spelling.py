@@ -111,7 +111,7 @@ def main() -> None:
     """Print, of each hand: the author's words, the made ones, those that were read again, and what each part earns."""
     other = other_reader()
     folder = os.environ.get("HANDOUT_HANDS")
-    names = [*sorted(library.scanned()), *(map(str, sorted(Path(folder).glob("*.hand"))) if folder else ())]
+    names = [*sorted(library.scanned_files()), *(map(str, sorted(Path(folder).glob("*.hand"))) if folder else ())]
     for name in names:
         hand = library.find(name)
         assert isinstance(hand, ScannedHand)

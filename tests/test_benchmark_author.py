@@ -20,7 +20,7 @@ INSIDE = np.delete(np.arange(1, sum(WORDS)), np.cumsum(WORDS)[:-1] - 1)  # lette
 def hand():
     """Every other line of the first page of a hand that comes with the program."""
     whole = file.load(library.scanned_file("house-joined-ballpoint"))
-    return whole.only([i for i, one in enumerate(whole.glyphs) if one.page == 0 and one.line % 2])
+    return whole.take_glyphs([i for i, one in enumerate(whole.glyphs) if one.page == 0 and one.line % 2])
 
 
 @pytest.fixture(scope="module")
@@ -155,5 +155,5 @@ def test_nothing_of_kept_out_lines_reaches_the_hand():
 def test_a_glyph_whose_neighbour_is_gone_is_joined_to_none(hand):
     number = next(i for i, one in enumerate(hand.glyphs) if one.ligatures)
     gone = hand.glyphs[number].after
-    less = hand.only([i for i in range(len(hand.glyphs)) if i != gone])
+    less = hand.take_glyphs([i for i in range(len(hand.glyphs)) if i != gone])
     assert less.glyphs[number].after == NOBODY and not less.glyphs[number].ligatures

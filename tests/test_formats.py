@@ -127,7 +127,7 @@ def test_a_journal(tmp_path):
     path = tmp_path / "journal"
     with PlotJournal(path) as journal:
         journal.begin(0)
-        journal.drawn(DrawnPlace(17, 12.345))
+        journal.note_drawn(DrawnPlace(17, 12.345))
         journal.complete()
         journal.finish()
     lines = reader.read_journal(path)

@@ -43,13 +43,13 @@ def test_plotter_runs_through_the_simulated_device(path):
     port = open_port("sim:", profile)
     said = []
     report = run(made, port, profile, log=said.append)
-    found = fidelity.compare(drawing, port.executed())
+    found = fidelity.compare(drawing, port.executed_drawing())
     assert report.executed_s == pytest.approx(made.duration, rel=0.05)
     assert found.deviation < 0.1
     # HP-GL has no times within a stroke, which its plan admits; of a slow machine it is told what it will do
     timeless = profile.dialect == "hpgl"
     assert found.correlation > 0.98 or timeless or profile.limits.acceleration <= 1000
-    assert timeless or fidelity.compare(made.predicted(), port.executed()).correlation > 0.98
+    assert timeless or fidelity.compare(made.predicted_drawing(), port.executed_drawing()).correlation > 0.98
     assert port.lost_bytes == 0 and not port.pen_is_down and port.at_rest
     turned = ["The page is turned to fit the bed: its top edge lies to the left."] if made.placement.turned else []
     homed = ["Homing: the plotter looks for its zero."] if profile.homing and not timeless else []

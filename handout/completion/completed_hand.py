@@ -10,7 +10,7 @@ import numpy as np
 
 from handout.errors import InputError
 from handout.hand.places import graphemes
-from handout.writing.text import Borrowed, borrow, borrowed, lacking, normalise, spell
+from handout.writing.text import Borrowed, borrow, lacking, list_borrowed, normalise, spell
 
 if TYPE_CHECKING:  # most texts lack nothing, and what makes letters takes longer to load than writing a sentence
     from handout.completion.letters import LetterMaker, Supply
@@ -46,7 +46,7 @@ def complete_hand(
         Some letters are missing still; the message lists them with their places and says what `fallback` would supply.
     """
     if hand.pages is None:
-        return hand, borrowed(normalise(text), hand.repertoire) if fallback else []
+        return hand, list_borrowed(normalise(text), hand.repertoire) if fallback else []
     if not hand.letters:
         raise InputError(
             f"{hand.name} holds ink without letters: it is a pen to write with, not a hand; give it as --pen, and a "

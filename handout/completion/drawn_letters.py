@@ -167,9 +167,9 @@ class DrawnLetters:
         strokes = _trace_letter(letter, self.house, rng)
         top = max(self._ascender_drawn, *(float(xy[:, 1].max()) for xy in strokes))
         rise = ((self._ascender if letter.islower() else self.capital) - self.x_height) / (top - 1)
-        return [self._fitted(xy, rise) for xy in strokes]
+        return [self._fit_to_line(xy, rise) for xy in strokes]
 
-    def _fitted(self, upright: Array, rise: float) -> Array:
+    def _fit_to_line(self, upright: Array, rise: float) -> Array:
         """Upright x-heights to line space; what is over small letters is `rise` an x-height."""
         x, y = upright.T * self.x_height
         over = np.maximum(upright[:, 1] - 1, 0)
@@ -202,17 +202,14 @@ class DrawnLetters:
         """Widths of the author's small letters by those of the drawn hand."""
         rng, ratios = np.random.default_rng(0), []
         for letter in sorted(X_HEIGHT):
-            numbers = self._hand.of(letter)[:7]
+            numbers = self._hand.numbers_of_letter(letter)[:7]
             if len(numbers) < 2:
                 continue
-            widths = [_upright_width(self._hand.outline(int(i))[:, :2], self.slant) for i in numbers]
+            outlines = [self._hand.outline(int(i)) for i in numbers]
+            widths = [float(np.ptp(xy[:, 0] - self.slant * xy[:, 1])) for xy in outlines]
             drawn_width = np.ptp(np.concatenate(_trace_letter(letter, self.house, rng))[:, 0]) * self.x_height
             ratios.append(float(np.median(widths)) / max(float(drawn_width), 1e-6))
         return float(np.clip(np.median(ratios), *_WIDER)) if ratios else 1.0
-
-
-def _upright_width(xy: Array, slant: float) -> float:
-    return float(np.ptp(xy[:, 0] - slant * xy[:, 1]))
 
 
 def _lead_on(ways: list[InkedWay], link: NeighbourLigature, *, leaving: bool) -> None:

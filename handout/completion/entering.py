@@ -15,7 +15,7 @@ from handout.hand import measures
 from handout.hand.scanned import ScannedHand
 from handout.motion.timing import arc_length
 from handout.values import Array
-from handout.writing.forms import Forms, along
+from handout.writing.forms import Forms, spread_evenly
 from handout.writing.joining import cubic
 
 _HEIGHTS = np.linspace(-0.5, 2.1, 14)  # x-heights over the baseline at which letters are compared
@@ -102,7 +102,7 @@ class Links:
             return None
         # those that are most like all others of them come first
         lines = [self._ways.lines[self._kept[k]].xy[:: 1 if self._leaving else -1] for k in some.tolist()]
-        each = np.array([along(line - line[0], _COMPARED) for line in lines])
+        each = np.array([spread_evenly(line - line[0], _COMPARED) for line in lines])
         between = np.hypot(*np.moveaxis(each[:, None] - each, -1, 0)).mean(axis=2)
         usual = some[np.median(between, axis=1).argsort(kind="stable")][:_SOME]
         which = int(usual[int(rng.integers(len(usual)))])

@@ -14,7 +14,7 @@ import numpy as np
 
 from handout.completion.drawn_letters import DrawnLetters
 from handout.completion.specimens import Specimen, SpecimenPart
-from handout.hand.diacritics import BELOW, DOTLESS, NAMES, NOT_ABOVE, OGONEK, STROKE_HEIGHT, THROUGH, decomposed
+from handout.hand.diacritics import BELOW, DOTLESS, NAMES, NOT_ABOVE, OGONEK, STROKE_HEIGHT, THROUGH, decompose_grapheme
 from handout.hand.letter_classes import DOTTED, STEM_AT_LEFT
 from handout.hand.protocol import Repertoire
 from handout.hand.scanned import NOBODY, ScannedHand
@@ -63,16 +63,16 @@ class LetterMaker:
 
     def make(self, letter: str, fallback: bool) -> Supply:
         """Forms of a letter; without `fallback` only of what the author wrote."""
-        base, marks = decomposed(letter)
+        base, marks = decompose_grapheme(letter)
         if not marks and fallback:
-            return self._lent(letter)
+            return self._lend_letter(letter)
         if len(marks) != 1 or len(base) != 1:
             return Supply()
         if marks[0] == DOTLESS:
             numbers = [number for number in self._best(base, 4 * _FORMS) if len(self._dot(number))]
             forms = [_specimen_of_glyph(self._hand, n, self._dot(n), letter, ()) for n in numbers[:_FORMS]]
             return Supply(forms, f"{base} without its dot", True)
-        return self._accented(letter, base, marks[0], fallback)
+        return self._accent_letter(letter, base, marks[0], fallback)
 
     def instead(self, letter: str) -> Supply:
         """What a similar form of a letter needs beyond what the hand has; its source says which form that is."""
@@ -80,10 +80,10 @@ class LetterMaker:
         if not forms:
             return Supply((), LEFT_OUT if may_omit(letter) else "")
         lacking = [form.base for form in forms if form.base not in self._hand.letters]
-        specimens = [specimen for base in lacking for specimen in self._lent(base).specimens]
+        specimens = [specimen for base in lacking for specimen in self._lend_letter(base).specimens]
         return Supply(specimens, instead("".join(form.base for form in forms)))
 
-    def _lent(self, letter: str) -> Supply:
+    def _lend_letter(self, letter: str) -> Supply:
         """A letter made after the author's others, or of the drawn hand's forms where there are too few of those."""
         if specimens := self._drawn.in_manner(letter, _FORMS, self._rng):
             return Supply(specimens, "made after the author's other letters")
@@ -91,7 +91,7 @@ class LetterMaker:
         source = f"the form of {self._drawn.house.name}, as too few letters are known"
         return Supply(specimens, source if specimens else "")
 
-    def _accented(self, letter: str, base: str, mark: str, fallback: bool) -> Supply:
+    def _accent_letter(self, letter: str, base: str, mark: str, fallback: bool) -> Supply:
         """A letter under a mark: the author's own, or where that is accepted a drawn one."""
         marks, source, of_author = self._marks(base, mark, fallback)
         if not marks:
@@ -105,7 +105,7 @@ class LetterMaker:
                 number,
                 self._dot(number) if mark not in NOT_ABOVE else no_vertices,
                 letter,
-                self._seated(marks[i % len(marks)], self._stem(number), base, mark),
+                self._seat_mark(marks[i % len(marks)], self._stem(number), base, mark),
             )
             for i, number in enumerate(self._best(base, _FORMS))
         ]
@@ -126,17 +126,17 @@ class LetterMaker:
 
     def _on_lent(self, letter: str, base: str, mark: str, marks: list[list[SpecimenPart]]) -> Supply:
         """A mark on a letter that is lent itself."""
-        base_forms = self._lent(base)
+        base_forms = self._lend_letter(base)
         specimens = [
-            Specimen(letter, (*form.parts, *self._seated(marks[i % len(marks)], form.parts[0].graph.xy, base, mark)))
+            Specimen(letter, (*form.parts, *self._seat_mark(marks[i % len(marks)], form.parts[0].graph.xy, base, mark)))
             for i, form in enumerate(base_forms.specimens)
         ]
         return Supply(specimens, f"{base}, {base_forms.source}, with a {_NAMES.get(mark, 'mark')}")
 
-    def _seated(self, mark: list[SpecimenPart], letter: Array, base: str, kind: str) -> list[SpecimenPart]:
+    def _seat_mark(self, mark: list[SpecimenPart], letter: Array, base: str, kind: str) -> list[SpecimenPart]:
         """A mark (over 0, its lowest point at the gap that it keeps) moved to a letter (n, 2)."""
         if kind in NOT_ABOVE - BELOW:
-            seat = self._within(letter, base, kind)
+            seat = self._find_origin(letter, base, kind)
         elif kind in BELOW:
             low = float(letter[:, 1].min())
             under = letter[letter[:, 1] < low + 0.3 * self._drawn.x_height]
@@ -148,9 +148,9 @@ class LetterMaker:
             over = min(float(part.graph.xy[:, 1].min()) for part in mark)
             middle = 0.5 * (upper[:, 0].min() + upper[:, 0].max()) - slant * (float(upper[:, 1].mean()) - high)
             seat = np.array([middle + slant * over, high])
-        return [part.shifted(seat) for part in mark]
+        return [part.shift_by(seat) for part in mark]
 
-    def _within(self, letter: Array, base: str, kind: str) -> Array:
+    def _find_origin(self, letter: Array, base: str, kind: str) -> Array:
         """Where the origin of a mark goes that touches its letter, or stands beside it; see `writing.drawn_forms`."""
         x_height, high = self._drawn.x_height, float(letter[:, 1].max())
         if kind in THROUGH:
@@ -171,18 +171,18 @@ class LetterMaker:
             apart = 0.5 * _DOTS * self._drawn.x_height
             level = 0.5 * (left[1] + right[1])
             gap = float(np.clip(level, *(self._drawn.x_height * np.array(_GAP))))
-            yield [left[0].shifted(np.array([-apart, gap])), right[0].shifted(np.array([apart, gap]))]
+            yield [left[0].shift_by(np.array([-apart, gap])), right[0].shift_by(np.array([apart, gap]))]
 
     def _single_dots(self) -> Iterator[list[SpecimenPart]]:
         """The author's dots, each at the gap that it keeps."""
         for dot, over in self._dots():
             gap = float(np.clip(over, *(self._drawn.x_height * np.array(_GAP))))
-            yield [dot.shifted(np.array([0.0, gap]))]
+            yield [dot.shift_by(np.array([0.0, gap]))]
 
     def _best(self, letter: str, most: int) -> list[int]:
         """Glyphs of a letter, of every place, those that are surest."""
         glyphs = self._hand.glyphs
-        numbers = sorted(self._hand.of(letter).tolist(), key=lambda i: -glyphs[i].confidence)
+        numbers = sorted(self._hand.numbers_of_letter(letter).tolist(), key=lambda i: -glyphs[i].confidence)
         places = {glyphs[i].place for i in numbers}
         each = [[i for i in numbers if glyphs[i].place == place] for place in sorted(places)]
         return [of_place[k] for k in range(len(numbers)) for of_place in each if k < len(of_place)][:most]
@@ -206,7 +206,7 @@ class LetterMaker:
         """Dots of i and j, each with its lowest point at 0 under its middle, and how far over its letter that was."""
         dots = []
         for letter in sorted(DOTTED):
-            for number in self._hand.of(letter).tolist():
+            for number in self._hand.numbers_of_letter(letter).tolist():
                 vertices = self._dot(number)
                 if not len(vertices):
                     continue
@@ -223,9 +223,9 @@ class LetterMaker:
         if mark in NOT_ABOVE - BELOW:
             return  # part of the letter's own line
         for letter in self._hand.letters:
-            if decomposed(letter)[1] != (mark,):
+            if decompose_grapheme(letter)[1] != (mark,):
                 continue
-            for number in self._hand.of(letter).tolist():
+            for number in self._hand.numbers_of_letter(letter).tolist():
                 yield from self._mark_of(number, mark)
 
     def _mark_of(self, number: int, mark: str) -> Iterator[list[SpecimenPart]]:
@@ -244,7 +244,7 @@ class LetterMaker:
             xy = _line(self._hand, number, whole).xy
             shift = float(xy[:, 1].min()) - over if mark not in BELOW else float(xy[:, 1].min())
             part = self._part(number, np.sort(whole))
-            yield [part.shifted(np.array([0.0, shift]))]
+            yield [part.shift_by(np.array([0.0, shift]))]
 
     def _part(self, number: int, vertices: Indices) -> SpecimenPart:
         """Some of a glyph's vertices, with their lowest point at 0 and their middle over it."""
@@ -252,7 +252,7 @@ class LetterMaker:
         low = graph.xy.min(axis=0)
         middle = low + np.array([0.5 * float(np.ptp(graph.xy[:, 0])), 0.0])
         part = SpecimenPart(graph, self._hand.glyphs[number].page, np.zeros(len(graph), dtype=np.intp))
-        return part.shifted(-middle)
+        return part.shift_by(-middle)
 
 
 def _pieces(hand: ScannedHand, number: int) -> list[Indices]:

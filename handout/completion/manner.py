@@ -17,7 +17,7 @@ Source: Rasmussen and Williams 2006, §2.2, §2.7 (the process and its linear te
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
 import numpy as np
@@ -138,7 +138,7 @@ class WritingManner:
             return [], 0
         form, places = way
         written = [form.strokes(places + _vary_places(places, self.spread, rng)) for _ in parted]
-        cut = [form.parted(strokes) if cut else strokes for strokes, cut in zip(written, parted, strict=True)]
+        cut = [form.split_strokes(strokes) if cut else strokes for strokes, cut in zip(written, parted, strict=True)]
         return cut, form.last
 
     def likeliest(self, letter: str) -> tuple[FormWay, Array] | None:
@@ -148,7 +148,7 @@ class WritingManner:
             return None
         weight = self._likelihood(letter)[[form.hand for form in forms]]
         weight = weight / np.bincount([form.hand for form in forms], minlength=len(HANDS))[[f.hand for f in forms]]
-        made = [self._process(form.hand).moved(form, letter) + form.xy for form in forms]
+        made = [self._process(form.hand).move_places(form, letter) + form.xy for form in forms]
         level = [xy - [float(np.median(xy[:, 0])), 0.0] for xy in made]
         narrowed = [
             _share_beside(xy, form) - _share_beside(form.xy, form) for xy, form in zip(level, forms, strict=True)
@@ -176,11 +176,11 @@ class WritingManner:
         return np.asarray(np.exp(-(mean - mean.min()) / SETTINGS.clear))
 
     @lru_cache(maxsize=3)  # noqa: B019 - a manner lives as long as the letters that are made of it
-    def _process(self, hand: int) -> _Process:
-        return _Process([known for known in self._known if known.way.hand == hand])
+    def _process(self, hand: int) -> _GaussianProcess:
+        return _GaussianProcess([known for known in self._known if known.way.hand == hand])
 
 
-class _Process:
+class _GaussianProcess:
     """The Gaussian process of how the forms of one built-in hand are moved."""
 
     def __init__(self, known: Sequence[Known]) -> None:
@@ -191,20 +191,22 @@ class _Process:
         self._kinds = np.array([_kind(one.letter) for one in known])[self._of]
         self._weights = np.concatenate([one.weights for one in known])
 
-    def learned(self, moved: Array) -> list[Array]:
+    def learn_weights(self, moved: Array) -> list[Array]:
         """The weights (n, 2) of each letter's places, if all places are moved by (n, 2)."""
         from scipy.linalg import solve
 
         weights = [solve(self._covariance(axis), moved[:, axis], assume_a="pos") for axis in (0, 1)]
         return list(np.split(np.column_stack(weights), np.flatnonzero(np.diff(self._of)) + 1))
 
-    def moved(self, form: FormWay, letter: str) -> Array:
+    def move_places(self, form: FormWay, letter: str) -> Array:
         """(n, 2): how far the places of a form are moved, by what is known of other letters."""
-        places, weights = _places(form), self._without(letter)
-        alike = (_alike(places, np.full(len(places), _kind(letter)), self._places, self._kinds, k) for k in (0, 1))
+        places, weights = _places(form), self._weights_without(letter)
+        alike = (
+            _find_covariance(places, np.full(len(places), _kind(letter)), self._places, self._kinds, k) for k in (0, 1)
+        )
         return np.column_stack([a @ w for a, w in zip(alike, weights.T, strict=True)])
 
-    def _without(self, letter: str) -> Array:
+    def _weights_without(self, letter: str) -> Array:
         """(n, 2): the weights of all places, if one letter were not known."""
         numbers = [k for k, one in enumerate(self._known) if one.letter == letter]
         if not numbers:
@@ -226,7 +228,7 @@ class _Process:
         near = s.own**2 * np.exp(-0.5 * _squares(self._places[:, :2], self._places[:, :2]) / s.own_reach**2)
         own = np.where(self._of[:, None] == self._of, near, 0.0)
         own += np.diag(noise[self._of])
-        return np.asarray(_alike(self._places, self._kinds, self._places, self._kinds, axis) + own)
+        return np.asarray(_find_covariance(self._places, self._kinds, self._places, self._kinds, axis) + own)
 
 
 def _kind(letter: str) -> int:
@@ -237,7 +239,7 @@ def _kind(letter: str) -> int:
 def _places(way: FormWay) -> Array:
     """(n, 7): what tells places of a way apart: x from the middle, y, where the pen goes, near both ends, turning."""
     places = []
-    for xy, along in zip(way.strokes(way.xy), way.strokes(way.along), strict=True):
+    for xy, along in zip(way.strokes(way.xy), way.strokes(way.unit_vectors), strict=True):
         run = np.arange(len(xy)) * ways.STEP
         ends = np.exp(-np.column_stack([run, run[::-1]]) / SETTINGS.near_end)
         turn = np.zeros(len(xy))
@@ -254,7 +256,7 @@ def _squares(a: Array, b: Array) -> Array:
     return np.asarray(np.maximum((a * a).sum(axis=1)[:, None] + (b * b).sum(axis=1) - 2 * a @ b.T, 0.0))
 
 
-def _alike(places: Array, kinds: Indices, others: Array, other_kinds: Indices, axis: int) -> Array:
+def _find_covariance(places: Array, kinds: Indices, others: Array, other_kinds: Indices, axis: int) -> Array:
     """Covariance (n, m) of what places and others are moved by, along the line (axis 0) or upwards."""
     s = SETTINGS
     scale = 1 / np.array([s.across, s.up, s.way, s.way, s.end, s.end, s.turn])
@@ -301,11 +303,13 @@ def _measure_manner(hand: ScannedHand) -> Array:
         moved += [places for _, places, _ in bends]
         if len(glyphs) > 1:
             varying.append(min(bends, key=lambda bend: bend[0].cost)[2])
-    kept = [_spread(varying)]
+    kept = [_measure_spread(varying)]
     for number in sorted({known.way.hand for known in seen}):
         which = [k for k, known in enumerate(seen) if known.way.hand == number]
-        learned = _Process([seen[k] for k in which]).learned(np.concatenate([moved[k] for k in which]))
-        kept += [_pack_known(replace(seen[k], weights=weights)) for k, weights in zip(which, learned, strict=True)]
+        learned = _GaussianProcess([seen[k] for k in which]).learn_weights(np.concatenate([moved[k] for k in which]))
+        for known, weights in zip((seen[k] for k in which), learned, strict=True):
+            head = ord(known.letter), known.number, known.glyphs, known.cost, len(weights)
+            kept.append(np.concatenate([head, weights.ravel()]))
     return np.asarray(np.round(np.concatenate(kept), _DIGITS), dtype=np.float64)
 
 
@@ -314,8 +318,8 @@ def _good_glyphs(hand: ScannedHand) -> Iterator[tuple[str, list[AuthorGlyph]]]:
     probability = vet(hand).plainness
     for letter in hand.letters:
         if len(letter) == 1 and letter.isalnum() and ways.count(letter):
-            numbers = sorted(hand.of(letter).tolist(), key=lambda i: -probability[i])
-            if glyphs := [ways.written(hand, i) for i in numbers[:_GLYPHS] if probability[i] >= _LIKELY]:
+            numbers = sorted(hand.numbers_of_letter(letter).tolist(), key=lambda i: -probability[i])
+            if glyphs := [ways.take_glyph(hand, i) for i in numbers[:_GLYPHS] if probability[i] >= _LIKELY]:
                 yield letter, glyphs
 
 
@@ -329,11 +333,6 @@ def _bend_form(letter: str, number: int, glyphs: Sequence[AuthorGlyph]) -> tuple
     return Known(letter, number, len(fits), cost, np.zeros_like(moved)), moved, (middle, bent - middle)
 
 
-def _pack_known(known: Known) -> Array:
-    head = ord(known.letter), known.number, known.glyphs, known.cost, len(known.weights)
-    return np.concatenate([head, known.weights.ravel()])
-
-
 def _level(xy: Array) -> Array:
     return xy - [float(np.median(xy[:, 0])), 0.0]
 
@@ -341,7 +340,7 @@ def _level(xy: Array) -> Array:
 def _nearest(letter: str, glyph: AuthorGlyph) -> Iterator[int]:
     """The form of each built-in hand that is nearest to a glyph."""
     forms = [ways.way(letter, number) for number in range(ways.count(letter))]
-    away = np.array([ways.apart(form.xy, form.along, glyph) for form in forms])
+    away = np.array([ways.measure_distance(form.xy, form.unit_vectors, glyph) for form in forms])
     hands = np.array([form.hand for form in forms])
     for hand in np.unique(hands):
         of_hand = np.flatnonzero(hands == hand)
@@ -362,7 +361,7 @@ _ENOUGH = 8  # glyphs that vary, from which on their spread is told
 _USUAL = LetterSpread(0.06, 0.06, 0.05, 0.04, 0.03)
 
 
-def _spread(varying: Sequence[tuple[Array, Array]]) -> Array:
+def _measure_spread(varying: Sequence[tuple[Array, Array]]) -> Array:
     """(5,): `LetterSpread` of letters, each by its usual places (n, 2) and how far they lie off, (glyphs, n, 2)."""
     usual = np.array([_USUAL.breadth, _USUAL.height, _USUAL.lean, _USUAL.rise, _USUAL.bend])
     found = []

@@ -38,7 +38,7 @@ class SpecimenPart:
     role: Indices
     ways: tuple[InkedWay, ...] = ()
 
-    def shifted(self, shift: Array) -> SpecimenPart:
+    def shift_by(self, shift: Array) -> SpecimenPart:
         """The part moved by (2,)."""
         ways = tuple(replace(way, xy=way.xy + shift) for way in self.ways)
         return replace(self, graph=replace(self.graph, xy=self.graph.xy + shift), ways=ways)

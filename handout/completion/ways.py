@@ -62,7 +62,7 @@ class FormWay:
         """Places (n, 2), stroke by stroke."""
         return np.split(xy, self.first[1:-1])
 
-    def parted(self, strokes: Sequence[Array]) -> list[Array]:
+    def split_strokes(self, strokes: Sequence[Array]) -> list[Array]:
         """Its strokes when it was bent, without the way up to the next letter."""
         cut = list(strokes)
         if self.leaving >= 0:
@@ -75,7 +75,7 @@ class FormWay:
         return cut
 
     @cached_property
-    def along(self) -> Array:
+    def unit_vectors(self) -> Array:
         """(n, 2) unit vectors along the way; 0 for dots."""
         return self.tangents(self.xy)
 
@@ -157,7 +157,7 @@ class AuthorGlyph:
     own: NDArray[np.bool_]
 
 
-def written(hand: ScannedHand, number: int) -> AuthorGlyph:
+def take_glyph(hand: ScannedHand, number: int) -> AuthorGlyph:
     """A glyph of a hand."""
     glyph = hand.glyphs[number]
     page = hand.pages[glyph.page]
@@ -183,7 +183,7 @@ def _turning(xy: Array, along: Array) -> Array:
     return np.column_stack([xy, _TURN * (u * u - v * v), _TURN * 2 * u * v])
 
 
-def apart(xy: Array, along: Array, glyph: AuthorGlyph) -> float:
+def measure_distance(xy: Array, along: Array, glyph: AuthorGlyph) -> float:
     """x-heights that a line (n, 2) and a glyph's own lie apart on the average, when best moved along the line."""
     line, other = _turning(xy, along), _turning(glyph.xy, glyph.along)
     line[:, 0] -= np.median(line[:, 0])
@@ -229,7 +229,7 @@ def fit(way: FormWay, glyph: AuthorGlyph) -> BentWay:
     start = _scale_height(way.xy - [float(np.median(way.xy[:, 0])), 0.0], glyph.xy[glyph.own, 1])
     other = _turning(glyph.xy, glyph.along)
     for _ in range(_CENTRING):
-        line = _turning(start, way.along)
+        line = _turning(start, way.unit_vectors)
         start[:, 0] += _aside(line, other, _squares(line, other), glyph.own)
     bends, moves = way.stiffness
     own, bent, n = np.flatnonzero(glyph.own), start, len(start)

@@ -109,14 +109,6 @@ def content_bytes(content: Content) -> bytes:
     return msgspec.json.format(msgspec.json.encode(content), indent=1)
 
 
-def _unpack_pixels(data: bytes) -> NDArray[np.uint8] | None:
-    """The pixels (h, w, channels) of a picture, blue first; None if it is damaged."""
-    import cv2
-
-    pixels = cv2.imdecode(np.frombuffer(data, dtype=np.uint8), cv2.IMREAD_UNCHANGED)
-    return None if pixels is None else np.asarray(pixels, dtype=np.uint8)
-
-
 class Archive:
     """An archive that is being read; each method checks what it gives.
 
@@ -147,7 +139,7 @@ class Archive:
         self._zip.close()
 
     def __contains__(self, name: str) -> bool:
-        return self._resolved(name) in self._sizes
+        return self._resolve_name(name) in self._sizes
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -158,17 +150,20 @@ class Archive:
         """Take from now on every part from the last of these folders that has it, or else from the top."""
         self._layers = tuple(folders)[::-1]
 
-    def _resolved(self, name: str) -> str:
+    def _resolve_name(self, name: str) -> str:
         return next((folder + name for folder in self._layers if folder + name in self._sizes), name)
 
     def fingerprint(self, names: Sequence[str]) -> str:
         """A digest of the check sums of some parts: other contents give another."""
-        parts = [(name, self._sizes[self._resolved(name)], self._sums[self._resolved(name)]) for name in sorted(names)]
+        parts = [
+            (name, self._sizes[self._resolve_name(name)], self._sums[self._resolve_name(name)])
+            for name in sorted(names)
+        ]
         return sha256(repr(parts).encode()).hexdigest()
 
-    def read(self, name: str) -> bytes:
+    def read_part(self, name: str) -> bytes:
         """The bytes of a part."""
-        name = self._resolved(name)
+        name = self._resolve_name(name)
         if name not in self._sizes:
             raise self.error(f"{name} is missing")
         if self._sizes[name] > _MOST_BYTES:
@@ -180,10 +175,10 @@ class Archive:
             raise self.error(f"{name} has another length than it says")
         return data
 
-    def packed(self, name: str) -> Packed:
-        """A part as it is packed, for another archive; one that is damaged is refused as by `read`."""
-        self.read(name)
-        info = self._zip.getinfo(self._resolved(name))
+    def packed_part(self, name: str) -> Packed:
+        """A part as it is packed, for another archive; one that is damaged is refused as by `read_part`."""
+        self.read_part(name)
+        info = self._zip.getinfo(self._resolve_name(name))
         with self._refusing():
             assert self._zip.fp is not None
             self._zip.fp.seek(info.header_offset + _NAME_LENGTH)
@@ -194,13 +189,13 @@ class Archive:
     def json(self, name: str, kind: type[Json]) -> Json:
         """A part as a msgspec struct of type `kind`."""
         try:
-            return msgspec.json.decode(self.read(name), type=kind)
+            return msgspec.json.decode(self.read_part(name), type=kind)
         except msgspec.MsgspecError as error:
             raise self.error(f"{name}: {error}") from error
 
     def array(self, name: str, dtype: str, *shape: int | None) -> NDArray[Any]:
         """A part as an array of `dtype` and `shape` (None: any length), all of its numbers finite."""
-        data = self.read(name)
+        data = self.read_part(name)
         try:
             # headers of arrays that numpy itself wrote are a few dozen bytes
             array = np.lib.format.read_array(io.BytesIO(data), allow_pickle=False, max_header_size=1000)
@@ -222,7 +217,7 @@ class Archive:
         from PIL import Image, UnidentifiedImageError
         from PIL import WebPImagePlugin as _  # noqa: F401  (or Pillow looks for it by importing all that it has)
 
-        data = self.read(name)
+        data = self.read_part(name)
         Image.MAX_IMAGE_PIXELS = None  # the check below is narrower, and says what is wrong
         try:
             with Image.open(io.BytesIO(data), formats=["PNG", "WEBP"]) as picture:
@@ -232,9 +227,13 @@ class Archive:
                 if picture.mode != wanted:
                     raise self.error(f"{name} is a picture in {picture.mode}, not {wanted}")
                 # of WebP Pillow makes three copies on the way, which take twice as long as unpacking it
-                pixels = _unpack_pixels(data) if picture.format == "WEBP" else None
-                if pixels is not None:
-                    return pixels if mode != wanted else pixels[:, :, _SWAPPED]
+                if picture.format == "WEBP":
+                    import cv2
+
+                    unpacked = cv2.imdecode(np.frombuffer(data, dtype=np.uint8), cv2.IMREAD_UNCHANGED)
+                    if unpacked is not None:  # None: it is damaged
+                        pixels = np.asarray(unpacked, dtype=np.uint8)
+                        return pixels if mode != wanted else pixels[:, :, _SWAPPED]
                 own = np.asarray(picture)
                 return own if mode == wanted else own[:, :, _SWAPPED[: own.shape[2]]]
         except (OSError, UnidentifiedImageError, SyntaxError, ValueError, struct.error, zlib.error) as error:

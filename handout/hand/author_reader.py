@@ -165,7 +165,7 @@ def misread(hand: ScannedHand) -> NDArray[np.bool_]:
     """(n,): glyphs of rare small letters that read as something else to whoever does not know the author."""
     odd = np.zeros(len(hand.glyphs), dtype=bool)
     for letter in hand.letters:
-        numbers = hand.of(letter)
+        numbers = hand.numbers_of_letter(letter)
         if not (letter.islower() and reads_alone(letter) and len(numbers) <= SETTINGS.rare):
             continue
         glyphs = [hand.glyphs[number] for number in numbers.tolist()]

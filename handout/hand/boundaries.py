@@ -127,7 +127,7 @@ class _Mender:
         finders = [LigatureFinder(page, owner) for page, owner in zip(pages, self._owners, strict=True)]
         for n, glyph in enumerate(glyphs):
             if glyph.after != NOBODY and touched & {n, glyph.after}:
-                glyphs[n] = replace(glyph, ligatures=finders[glyph.page].between(n, glyph.after, glyph.line))
+                glyphs[n] = replace(glyph, ligatures=finders[glyph.page].ligatures_between(n, glyph.after, glyph.line))
         return replace(self._hand, glyphs=tuple(glyphs))
 
     def _given(self, moves: Sequence[_Move]) -> list[ScannedGlyph]:
@@ -166,7 +166,7 @@ class _Mender:
     def _scores(self, glyphs: Sequence[ScannedGlyph]) -> Array:
         """(n,): how unlike its siblings each glyph is."""
         shapes = glyph_features(replace(self._hand, glyphs=tuple(glyphs)))
-        return outlier_score.shipped().score(shapes, [glyph.letter for glyph in glyphs])
+        return outlier_score.load_model().score(shapes, [glyph.letter for glyph in glyphs])
 
     def _in_context(self, number: int, vertices: Indices) -> Indices:
         """The vertices of a glyph with those of the strokes around it that are its neighbours'."""

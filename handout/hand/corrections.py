@@ -263,10 +263,10 @@ def apply(hand: ScannedHand, corrections: Sequence[AnyCorrection], *, strict: bo
     InputError
         A correction that finds nothing within 1 mm of its place, or cannot be made; the message has its number.
     """
-    return applied(hand, corrections, strict=strict).hand
+    return apply_and_tell(hand, corrections, strict=strict).hand
 
 
-def applied(hand: ScannedHand, corrections: Sequence[AnyCorrection], *, strict: bool = True) -> Applied:
+def apply_and_tell(hand: ScannedHand, corrections: Sequence[AnyCorrection], *, strict: bool = True) -> Applied:
     """As `apply`, with what else is to be told."""
     if not corrections:
         return Applied(hand)
@@ -276,7 +276,7 @@ def applied(hand: ScannedHand, corrections: Sequence[AnyCorrection], *, strict: 
             _apply(work, correction)
         except CorrectionError as error:
             raise InputError(f"Correction {number} ({correction.kind}, page {correction.page}): {error}.") from error
-    return Applied(work.done(), tuple(dict.fromkeys(work.notes)), frozenset(work.removed))
+    return Applied(work.finish(), tuple(dict.fromkeys(work.notes)), frozenset(work.removed))
 
 
 def _apply(work: HandEditor, correction: AnyCorrection) -> None:
@@ -287,7 +287,7 @@ def _apply(work: HandEditor, correction: AnyCorrection) -> None:
         case Merge(at=at, other=other, text=text):
             work.merge(at, other, text)
         case Split(a=a, b=b, texts=texts):
-            work.split(a, b, texts)
+            work.split_letter(a, b, texts)
         case Remove(at=at):
             work.remove(at)
         case Unlink(at=at):
@@ -327,6 +327,6 @@ def _apply_to_page(work: HandEditor, correction: Correction) -> None:
         case Baseline(line=line, a=a, b=b):
             work.baseline(line, a, b)
         case Cut(a=a, b=b):
-            work.cut(a, b)
+            work.cut_strokes(a, b)
         case Join(at=at, other=other):
             work.join(at, other)

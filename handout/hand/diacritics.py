@@ -51,13 +51,13 @@ _WRITTEN = {
 _READ = {written: letter for letter, written in _WRITTEN.items() if letter not in "Ţţ"}
 
 
-def decomposed(grapheme: str) -> tuple[str, tuple[str, ...]]:
+def decompose_grapheme(grapheme: str) -> tuple[str, tuple[str, ...]]:
     """A grapheme as the letter that is written and the marks on it, from the inner to the outer one."""
     written = _WRITTEN.get(grapheme) or unicodedata.normalize("NFD", grapheme)
     return written[:1], tuple(written[1:])
 
 
-def recomposed(base: str, marks: tuple[str, ...]) -> str:
+def compose_grapheme(base: str, marks: tuple[str, ...]) -> str:
     """The grapheme that a letter and its marks are, NFC."""
     written = base + "".join(marks)
     return _READ.get(written) or unicodedata.normalize("NFC", written)

@@ -123,7 +123,7 @@ class Hand:
         """See `protocol.AnyHand`."""
         return usual * spacing
 
-    def hastened(self, haste: float) -> Hand:
+    def with_haste(self, haste: float) -> Hand:
         """See `protocol.AnyHand`."""
         if not -1 <= haste <= 1:
             raise InputError(f"haste: {haste:g} is outside -1 (careful) to 1 (hurried).")
@@ -133,7 +133,7 @@ class Hand:
         return replace(
             self,
             glyphs=_Forms(self.glyphs, partial(_hastened_letter, self.glyphs, shape, haste)),
-            marks={mark: tuple(_hastened(g, shape, 0.0) for g in glyphs) for mark, glyphs in self.marks.items()},
+            marks={mark: tuple(_hasten_glyph(g, shape, 0.0) for g in glyphs) for mark, glyphs in self.marks.items()},
             smooth=self.smooth + (_SMOOTH if haste > 0 else _SMOOTH_CARE) * haste,
             interval=self.interval * float(np.exp(-_PACE * haste)),
             slant=self.slant + _SLANT * haste,
@@ -164,7 +164,7 @@ class _Entry(msgspec.Struct, forbid_unknown_fields=True):
     lift: float = 0.0
 
 
-class _File(msgspec.Struct, forbid_unknown_fields=True):
+class _DrawnFile(msgspec.Struct, forbid_unknown_fields=True):
     name: str
     title: str
     slant: float
@@ -182,7 +182,7 @@ class _File(msgspec.Struct, forbid_unknown_fields=True):
     entries: dict[str, _Entry] = {}
 
 
-def read(path: Path) -> Hand:
+def read_drawn_hand(path: Path) -> Hand:
     """Read a drawn hand.
 
     Raises
@@ -191,7 +191,7 @@ def read(path: Path) -> Hand:
         Not TOML, an unknown key, an entry that is not defined, or points that are not numbers.
     """
     try:
-        file = msgspec.convert(load_table(path, "a drawn hand"), _File)
+        file = msgspec.convert(load_table(path, "a drawn hand"), _DrawnFile)
     except msgspec.ValidationError as error:
         raise InputError(f"{path}: cannot be read as a drawn hand: {error}.") from error
     for key, (least, greatest) in _BOUNDS.items():
@@ -230,14 +230,14 @@ def _points(text: str, breadth: float) -> list[Array]:
         return []
     try:
         return [
-            _near([[float(v) for v in point.split(",")] for point in stroke.split()]) * (breadth, 1.0)
+            _near_origin([[float(v) for v in point.split(",")] for point in stroke.split()]) * (breadth, 1.0)
             for stroke in text.split("|")
         ]
     except ValueError as error:
         raise ValueError(f"points {text!r}: expected 'x,y x,y | x,y' ({error})") from error
 
 
-def _near(values: ArrayLike) -> Array:
+def _near_origin(values: ArrayLike) -> Array:
     """Points (n, 2), if all are as near to a letter's origin as a letter's can be."""
     points = readonly(values, None, 2)
     if points.size and np.abs(points).max() > FURTHEST:
@@ -265,13 +265,13 @@ def _glyph(letter: str, number: int, form: _Form, strokes: list[Array], breadth:
     )
 
 
-def _letter(file: _File, letter: str) -> tuple[Glyph, ...]:
+def _letter(file: _DrawnFile, letter: str) -> tuple[Glyph, ...]:
     return tuple(
         glyph for number, form in enumerate(file.letters[letter]) for glyph in _derive(letter, number, form, file)
     )
 
 
-def _derive(letter: str, number: int, form: _Form, file: _File) -> Iterator[Glyph]:
+def _derive(letter: str, number: int, form: _Form, file: _DrawnFile) -> Iterator[Glyph]:
     """Every glyph that follows from one drawn form."""
     pen = _points(form.pen, file.breadth)
     if not pen:
@@ -289,10 +289,10 @@ def _derive(letter: str, number: int, form: _Form, file: _File) -> Iterator[Glyp
         if glyph.places - _LAST_PLACES:
             yield replace(glyph, exit=form.out, places=glyph.places - _LAST_PLACES)
         if glyph.places & _LAST_PLACES:
-            yield from _ended(replace(glyph, places=glyph.places & _LAST_PLACES), form, file)
+            yield from _end_forms(replace(glyph, places=glyph.places & _LAST_PLACES), form, file)
 
 
-def _ways_in(letter: str, form: _Form, file: _File) -> Iterator[tuple[str, Array, float, bool]]:
+def _ways_in(letter: str, form: _Form, file: _DrawnFile) -> Iterator[tuple[str, Array, float, bool]]:
     """(kind of entry, points before the form's own, reluctance to lift, only inside a word)."""
     if form.in_ in ("low", "high", "lifted", "free"):
         yield form.in_, np.empty((0, 2)), 0.0, False
@@ -308,7 +308,7 @@ def _ways_in(letter: str, form: _Form, file: _File) -> Iterator[tuple[str, Array
             yield kind, points[0] if points else np.empty((0, 2)), cost, kind != "lifted"
 
 
-def _ended(glyph: Glyph, form: _Form, file: _File) -> Iterator[Glyph]:
+def _end_forms(glyph: Glyph, form: _Form, file: _DrawnFile) -> Iterator[Glyph]:
     """The forms of a joining letter at the end of a word: its exit is shortened, or as `end`, `cut` say."""
     last = glyph.last_main
     body, tip = glyph.strokes[last], glyph.strokes[last][-1]
@@ -324,14 +324,16 @@ def _ended(glyph: Glyph, form: _Form, file: _File) -> Iterator[Glyph]:
         yield replace(glyph, strokes=strokes, width=glyph.width + wider)
 
 
-def _tails(body: Array, form: _Form, file: _File) -> list[Array]:
+def _tails(body: Array, form: _Form, file: _DrawnFile) -> list[Array]:
     """Where the last stroke of a word may end: points that replace its last one."""
     tip = body[-1]
     if form.end:
         return [points[0] for points in _points(form.end.replace(" ", "|"), file.breadth)]
     if form.out == "high":
         return [body[-2] + _HIGH_EXIT_KEPT * (tip - body[-2])]
-    return [np.array([tip[0] + dx, y]) for dx, y in (_near(file.endings).tolist() if file.endings else ())] or [tip]
+    return [np.array([tip[0] + dx, y]) for dx, y in (_near_origin(file.endings).tolist() if file.endings else ())] or [
+        tip
+    ]
 
 
 # at haste 1; care (haste −1) goes as far the other way, except where it says
@@ -348,22 +350,22 @@ _JOINING = 2.0  # added to the reluctance to lift
 def _hastened_letter(
     glyphs: Mapping[str, tuple[Glyph, ...]], shape: Array, haste: float, letter: str
 ) -> tuple[Glyph, ...]:
-    return tuple(_hastened(glyph, shape, haste) for glyph in glyphs[letter])
+    return tuple(_hasten_glyph(glyph, shape, haste) for glyph in glyphs[letter])
 
 
-def _hastened(glyph: Glyph, shape: Array, haste: float) -> Glyph:
+def _hasten_glyph(glyph: Glyph, shape: Array, haste: float) -> Glyph:
     strokes = [stroke @ shape for stroke in glyph.strokes]
     width = glyph.width * float(shape[0, 0])
     if haste > 0 and glyph.exit == "lifted" and glyph.places <= _LAST_PLACES and glyph.letter.islower():
         last = glyph.last_main
-        trailed = _trailed(strokes[last], haste)
+        trailed = _trail_stroke(strokes[last], haste)
         width += max(0.0, float(trailed[-1, 0] - strokes[last][-1, 0]))
         strokes[last] = trailed
     joining = glyph.reluctance + _JOINING * haste if glyph.reluctance else 0.0
     return replace(glyph, strokes=tuple(strokes), width=width, reluctance=joining)
 
 
-def _trailed(stroke: Array, haste: float) -> Array:
+def _trail_stroke(stroke: Array, haste: float) -> Array:
     """The last stroke of a word, its tip drawn out along the line if it leaves to the right near the line."""
     tip, before = stroke[-1], stroke[-2] if len(stroke) > 1 else stroke[-1]
     if tip[0] <= before[0] or not -0.1 < tip[1] < 0.6:

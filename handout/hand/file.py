@@ -54,7 +54,7 @@ class _Version(msgspec.Struct):
     format: int
 
 
-class _Page(msgspec.Struct, forbid_unknown_fields=True):
+class _PageHead(msgspec.Struct, forbid_unknown_fields=True):
     source: str
     transcript: str
     dpi: float
@@ -68,11 +68,11 @@ class _Page(msgspec.Struct, forbid_unknown_fields=True):
     texture: tuple[int, int]
 
 
-class _File(msgspec.Struct, forbid_unknown_fields=True):
+class _HandHead(msgspec.Struct, forbid_unknown_fields=True):
     format: int
     name: str
     title: str
-    pages: list[_Page]
+    pages: list[_PageHead]
     letters: list[str]
 
 
@@ -123,7 +123,7 @@ def record_all(
         kept = CorrectionJournal(whole.entries[: whole.made], whole.made)
         folders = _folders(kept.made)
         parts: dict[str, Content | Packed] = {
-            name: archive.packed(name)
+            name: archive.packed_part(name)
             for name in archive.names
             if not name.startswith(_ENTRIES) or name.startswith(folders)
         }
@@ -136,7 +136,7 @@ def record_all(
             for name, content in _hand_parts(after, packed="pages/0/ink.webp" in archive, drawn=drawn).items():
                 data = content_bytes(content)
                 if name not in newest and name in archive:
-                    newest[name] = archive.read(name)
+                    newest[name] = archive.read_part(name)
                 if newest.get(name) != data:
                     parts[f"{_ENTRIES}{number}/{name}"] = newest[name] = data
             before = after
@@ -159,7 +159,7 @@ def keep_learnt(path: Path, values: Mapping[str, Array]) -> None:
     with Archive(path) as archive:
         folders = _folders(_journal(archive, path)[0].made)
         place = ("", *folders)[-1] + _LEARNT
-        again = {name: archive.packed(name) for name in archive.names} if place in archive.names else {}
+        again = {name: archive.packed_part(name) for name in archive.names} if place in archive.names else {}
         archive.look_in(folders)
         found = _Learnt(_fingerprint(archive), {name: value.tolist() for name, value in values.items()})
     if path.resolve().parent == _SHIPPED:
@@ -186,7 +186,7 @@ def rewind(source: Path, path: Path, made: int) -> CorrectionJournal:
     """
     with Archive(source) as archive:
         journal, _ = _journal(archive, source)
-        parts: dict[str, Content | Packed] = {name: archive.packed(name) for name in archive.names}
+        parts: dict[str, Content | Packed] = {name: archive.packed_part(name) for name in archive.names}
     if not 0 <= made <= len(journal.entries):
         raise InputError(f"{source}: there is nothing to be {'undone' if made < 0 else 'made again'}.")
     journal = msgspec.structs.replace(journal, made=made)
@@ -204,7 +204,7 @@ def without_scans(path: Path) -> bytes:
     """
     _refuse_foreign(path)
     with Archive(path) as archive:
-        return pack({name: archive.packed(name) for name in archive.names if not name.endswith(_SCAN)})
+        return pack({name: archive.packed_part(name) for name in archive.names if not name.endswith(_SCAN)})
 
 
 def journal(path: Path) -> CorrectionJournal:
@@ -217,14 +217,14 @@ def journal(path: Path) -> CorrectionJournal:
     """
     _refuse_foreign(path)
     with Archive(path) as archive:
-        _known(archive, path)
+        _check_known(archive, path)
         return _journal(archive, path)[0]
 
 
 def _write(path: Path, data: bytes, inks: Collection[int] | None = None) -> None:
     """Write a file that can be read back; `inks` are the pages whose ink is looked at for that, all of them if None."""
     try:
-        hand = _read(path, data)
+        hand = _read_file(path, data)
         for number, page in enumerate(hand.pages):
             _ = page.texture.pixels if inks is None or number in inks else None
     except InputError as error:
@@ -248,7 +248,7 @@ def _hand_parts(hand: ScannedHand, packed: bool, drawn: Sequence[bool] = ()) -> 
 
     Ink that a person painted is packed less tightly: somebody waits for it.
     """
-    facts = _File(FORMAT, hand.name, hand.title, [_facts(p) for p in hand.pages], [g.letter for g in hand.glyphs])
+    facts = _HandHead(FORMAT, hand.name, hand.title, [_facts(p) for p in hand.pages], [g.letter for g in hand.glyphs])
     parts: dict[str, Content] = {"hand.json": facts}
     parts |= _glyph_arrays(hand.glyphs)
     for number, page in enumerate(hand.pages):
@@ -290,7 +290,7 @@ def load(path: Path) -> ScannedHand:
     InputError
         Not a .hand file, one that is damaged or made by a newer program, or one whose parts do not fit together.
     """
-    return _read(path, None)
+    return _read_file(path, None)
 
 
 def check(path: Path, data: bytes | None = None) -> ScannedHand:
@@ -301,14 +301,14 @@ def check(path: Path, data: bytes | None = None) -> ScannedHand:
     InputError
         As `load`, or the ink is damaged.
     """
-    hand = _read(path, data)
+    hand = _read_file(path, data)
     for page in hand.pages:
         _ = page.texture.rgba
         _ = page.scan and page.scan.load()  # which are not kept
     return hand
 
 
-def _read(path: Path, data: bytes | None) -> ScannedHand:
+def _read_file(path: Path, data: bytes | None) -> ScannedHand:
     """What a file holds; `data` are its bytes where they are not yet there."""
     if data is None:
         _refuse_foreign(path)
@@ -325,11 +325,11 @@ def _refuse_foreign(path: Path) -> None:
 
 
 def _hand(archive: Archive, path: Path, data: bytes | None) -> ScannedHand:
-    _known(archive, path)
+    _check_known(archive, path)
     journal, earlier = _journal(archive, path)
     folders = _folders(journal.made)
     archive.look_in(folders)
-    facts = archive.json("hand.json", _File)
+    facts = archive.json("hand.json", _HandHead)
     pictures = _Pictures(path, data, folders)
     try:
         pages = tuple(_page(archive, pictures, number, page) for number, page in enumerate(facts.pages))
@@ -359,7 +359,7 @@ def _folders(made: int) -> tuple[str, ...]:
 
 def _journal(archive: Archive, path: Path) -> tuple[CorrectionJournal, tuple[AnyCorrection, ...]]:
     """The journal of a file, and corrections that an earlier program kept without one."""
-    data = archive.read(_JOURNAL)
+    data = archive.read_part(_JOURNAL)
     try:
         journal = msgspec.json.decode(data, type=CorrectionJournal)
     except msgspec.MsgspecError:
@@ -369,7 +369,7 @@ def _journal(archive: Archive, path: Path) -> tuple[CorrectionJournal, tuple[Any
     return journal, ()
 
 
-def _known(archive: Archive, path: Path) -> None:
+def _check_known(archive: Archive, path: Path) -> None:
     if "hand.json" not in archive:
         raise InputError(f"{path} is not a .hand file: make one with `handout hand read`.")
     version = archive.json("hand.json", _Version).format
@@ -378,8 +378,8 @@ def _known(archive: Archive, path: Path) -> None:
         raise InputError(f"{path} is of format {version} and this program knows format {FORMAT}: {way}.")
 
 
-def _facts(page: ScannedPage) -> _Page:
-    return _Page(
+def _facts(page: ScannedPage) -> _PageHead:
+    return _PageHead(
         source=page.source,
         transcript=page.transcript,
         dpi=page.dpi,
@@ -394,7 +394,7 @@ def _facts(page: ScannedPage) -> _Page:
     )
 
 
-def _page(archive: Archive, pictures: _Pictures, number: int, facts: _Page) -> ScannedPage:
+def _page(archive: Archive, pictures: _Pictures, number: int, facts: _PageHead) -> ScannedPage:
     folder = f"pages/{number}/"
     dismissed = folder + "dismissed.npy"
     uv = _sums(archive.array(folder + "uv.npy", "int32", None, 2)) / _UV
@@ -414,15 +414,15 @@ def _page(archive: Archive, pictures: _Pictures, number: int, facts: _Page) -> S
     )
     ink = folder + ("ink.webp" if folder + "ink.webp" in archive else "ink.png")
     texture = Texture(
-        facts.corner, facts.texture, partial(pictures.unpacked, ink, facts.texture, "BGRA"), blue_first=True
+        facts.corner, facts.texture, partial(pictures.unpack_picture, ink, facts.texture, "BGRA"), blue_first=True
     )
     if ink not in archive:
         raise ValueError(f"page {number} has no ink")
     name = folder + _SCAN
     scan = None
     if name in archive:
-        load = partial(pictures.unpacked, name, facts.shape, "BGR")
-        scan = KeptScan(facts.shape, load, partial(pictures.packed, name))
+        load = partial(pictures.unpack_picture, name, facts.shape, "BGR")
+        scan = KeptScan(facts.shape, load, partial(pictures.packed_picture, name))
     values = {name: getattr(facts, name) for name in ("source", "transcript", "dpi", "shape", "pitch", "x_height")}
     return ScannedPage(
         **values,
@@ -459,7 +459,7 @@ class _Pictures:
     data: bytes | None
     folders: Sequence[str]
 
-    def unpacked(self, part: str, shape: tuple[int, int], mode: str) -> NDArray[np.uint8]:
+    def unpack_picture(self, part: str, shape: tuple[int, int], mode: str) -> NDArray[np.uint8]:
         with Archive(self.path, self.data) as archive:
             archive.look_in(self.folders)
             pixels = archive.picture(part, mode, shape[0] * shape[1])
@@ -467,9 +467,9 @@ class _Pictures:
             raise InputError(f"{self.path} cannot be used: {part} has another size than it says; make it again.")
         return pixels
 
-    def packed(self, part: str) -> bytes:
+    def packed_picture(self, part: str) -> bytes:
         with Archive(self.path, self.data) as archive:
-            return archive.read(part)
+            return archive.read_part(part)
 
 
 def _glyph_arrays(glyphs: Sequence[ScannedGlyph]) -> dict[str, Content]:

@@ -60,11 +60,11 @@ class HandEditor:
         self.notes: list[str] = []
         self.removed: set[tuple[int, int]] = set()
 
-    def done(self) -> ScannedHand:
+    def finish(self) -> ScannedHand:
         """The corrected hand, its glyphs numbered in the order of writing; what was named by hand comes last."""
         numbers = [i for i in self._order if self._glyphs[i] is not None]
         number = {old: new for new, old in enumerate(numbers)} | {NOBODY: NOBODY}
-        numbered = tuple(self._glyph(i).beside(number) for i in numbers)
+        numbered = tuple(self._glyph(i).with_neighbours(number) for i in numbers)
         return replace(self._hand, pages=tuple(self._pages), glyphs=numbered)
 
     def turn_to(self, page: int) -> None:
@@ -107,7 +107,7 @@ class HandEditor:
             raise CorrectionError(f"{len(within)} corners make no polygon; give three or more")
         for corner in within:
             self._on_page(corner)
-        inside = page_editor.filled(self._scan, within).under(self._scan.graph.uv)
+        inside = page_editor.fill_polygon(self._scan, within).covers_places(self._scan.graph.uv)
         if not inside.any():
             x, y = np.mean(np.array(within), axis=0)
             raise CorrectionError(f"no writing inside the polygon around ({x:g}, {y:g})")
@@ -131,7 +131,7 @@ class HandEditor:
         self._name_letter(number, letter, None)
         self._rejoin(number)
 
-    def split(self, a: Spot, b: Spot, texts: tuple[str, str] | None) -> None:
+    def split_letter(self, a: Spot, b: Spot, texts: tuple[str, str] | None) -> None:
         """Part the letter that the line from `a` to `b` crosses."""
         for text in texts or ():
             _one_letter(text)
@@ -178,7 +178,7 @@ class HandEditor:
         if not glyph.ligatures:
             raise CorrectionError(f"{glyph.letter!r} there is not joined to a next letter")
         owner = np.sort(self._owner[self._scan.graph.edges], axis=1)
-        self._cut((owner == sorted((number, glyph.after))).all(axis=1))
+        self._cut_edges((owner == sorted((number, glyph.after))).all(axis=1))
 
     def link(self, at: Spot, other: Spot) -> None:
         """Put one letter after another in a word."""
@@ -205,7 +205,7 @@ class HandEditor:
         glyph, graph = self._glyph(number), self._scan.graph
         if not ways or not all(len(way) for way in ways):
             raise CorrectionError("a stroke needs places: give those that the pen passed, in order")
-        found = tuple(page_editor.along(graph, glyph.vertices, np.array(way)) for way in ways)
+        found = tuple(page_editor.vertices_along(graph, glyph.vertices, np.array(way)) for way in ways)
         for way, path in zip(ways, found, strict=True):
             away = np.linalg.norm(graph.uv[path[0]] - np.array(way[0])) * self._scan.pixel
             if away > _FARTHEST:
@@ -216,7 +216,7 @@ class HandEditor:
         """Take away the ink under a brush `width` pixels wide, or inside a polygon."""
         self._check_brush(cover, width)
         scan = self._scan
-        under = page_editor.filled(scan, cover) if width is None else page_editor.brush(scan, cover, width)
+        under = page_editor.fill_polygon(scan, cover) if width is None else page_editor.brush(scan, cover, width)
         confirmed = [glyph.vertices for _, glyph in self._on_this_page() if glyph.confirmed]
         held = np.concatenate([np.zeros(0, dtype=np.intp), *confirmed])
         segmented = resegmentation.without_ink(scan, under, held) if scan.scan is not None else None
@@ -261,14 +261,14 @@ class HandEditor:
                 ways = tuple(self._scan.ligature(line, way.path) for way in glyph.ligatures)
                 self._glyphs[i] = replace(glyph, ligatures=ways)
 
-    def cut(self, a: Spot, b: Spot) -> None:
+    def cut_strokes(self, a: Spot, b: Spot) -> None:
         """Cut every stroke that the line from `a` to `b` crosses; the letters keep what they have."""
         for end in (a, b):
             self._on_page(end)
-        across = self._across(np.array(a), np.array(b))
+        across = self._edges_across(np.array(a), np.array(b))
         if not across.any():
             raise CorrectionError(f"the line from ({a[0]:g}, {a[1]:g}) to ({b[0]:g}, {b[1]:g}) crosses no stroke")
-        self._cut(across)
+        self._cut_edges(across)
 
     def join(self, at: Spot, other: Spot) -> None:
         """Join the stroke at one place to the stroke at another."""
@@ -280,7 +280,7 @@ class HandEditor:
         away = float(np.linalg.norm(uv[one] - uv[second])) * self._scan.pixel
         if away > _FARTHEST:
             raise CorrectionError(f"the two places are {away:.1f} mm apart; strokes within {_FARTHEST:g} mm are joined")
-        self._scan = page_editor.joined(self._scan, one, second)
+        self._scan = page_editor.join_vertices(self._scan, one, second)
         self._rejoin_some({int(self._owner[one]), int(self._owner[second])} - {NOBODY})
 
     @property
@@ -508,9 +508,9 @@ class HandEditor:
             self._give_ink(number, reached[owners == number])
         return set(owners.tolist())
 
-    def _cut(self, edges: NDArray[np.bool_]) -> None:
+    def _cut_edges(self, edges: NDArray[np.bool_]) -> None:
         beside = set(self._owner[self._scan.graph.edges[edges]].ravel().tolist()) - {NOBODY}
-        self._scan = page_editor.cut(self._scan, edges)
+        self._scan = page_editor.cut_edges(self._scan, edges)
         self._rejoin_some(beside)
 
     def _join_nearest(self, first: Indices, second: Indices, most: float) -> None:
@@ -525,7 +525,7 @@ class HandEditor:
         away, index = cKDTree(uv[second]).query(uv[first])
         if away.min() * self._scan.pixel <= most:
             nearest = int(away.argmin())
-            self._scan = page_editor.joined(self._scan, int(first[nearest]), int(second[index[nearest]]))
+            self._scan = page_editor.join_vertices(self._scan, int(first[nearest]), int(second[index[nearest]]))
             self._finders.pop(self._page, None)
 
     def _rejoin_some(self, numbers: set[int]) -> None:
@@ -534,7 +534,7 @@ class HandEditor:
         for number in sorted(numbers):
             self._rejoin(number)
 
-    def _across(self, a: Array, b: Array) -> NDArray[np.bool_]:
+    def _edges_across(self, a: Array, b: Array) -> NDArray[np.bool_]:
         """(m,) which edges of the page the line from `a` to `b` crosses."""
         uv, edges = self._scan.graph.uv, self._scan.graph.edges
         p, q = uv[edges[:, 0]], uv[edges[:, 1]]
@@ -555,7 +555,11 @@ class HandEditor:
             after = partner.after
         elif partner.after == number:
             before = partner.before
-        place = _whole(glyph.place, partner.place, glyph.after == second) if adjoining else glyph.place
+        place = glyph.place
+        if adjoining:
+            first, last = (glyph, partner) if glyph.after == second else (partner, glyph)
+            begins, ends = first.place in ("start", "alone"), last.place in ("end", "alone")
+            place = "alone" if begins and ends else "start" if begins else "end" if ends else "middle"
         for beside in (glyph.before, number, partner.before, second):
             self._part(beside)
         self._glyphs[second] = None
@@ -586,13 +590,13 @@ class HandEditor:
         for left in (number, self._glyph(number).before):
             if left != NOBODY and self._glyph(left).after != NOBODY:
                 glyph = self._glyph(left)
-                self._glyphs[left] = replace(glyph, ligatures=joining.between(left, glyph.after, glyph.line))
+                self._glyphs[left] = replace(glyph, ligatures=joining.ligatures_between(left, glyph.after, glyph.line))
 
     def _find_crossed(self, a: Array, b: Array) -> tuple[int, NDArray[np.bool_]]:
         """The glyph that a line crosses nearest to its middle, and which edges of the page are its and are crossed."""
         uv, edges = self._scan.graph.uv, self._scan.graph.edges
         p, q = uv[edges[:, 0]], uv[edges[:, 1]]
-        across = self._across(a, b)
+        across = self._edges_across(a, b)
         same = self._owner[edges[:, 0]] == self._owner[edges[:, 1]]
         within = np.flatnonzero(across & same & (self._owner[edges[:, 0]] != NOBODY))
         if not len(within):
@@ -645,10 +649,3 @@ def _side(a: Array, b: Array, c: Array) -> Array:
     """Positive where c lies on one side of the line through a and b, negative on the other; rows of points."""
     ab, ac = b - a, c - a
     return np.asarray(ab[..., 0] * ac[..., 1] - ab[..., 1] * ac[..., 0])
-
-
-def _whole(place: Place, other_place: Place, in_order: bool) -> Place:
-    """The place of a letter made of two that follow each other."""
-    first, last = (place, other_place) if in_order else (other_place, place)
-    begins, ends = first in ("start", "alone"), last in ("end", "alone")
-    return "alone" if begins and ends else "start" if begins else "end" if ends else "middle"

@@ -37,10 +37,10 @@ def learnt(
 
 
 def remember(hand: ScannedHand, values: Mapping[str, Sequence[float] | Array]) -> None:
-    """Take what is known of a hand, as `known` has it, or as a file keeps it."""
+    """Take what is known of a hand, as `known_values` has it, or as a file keeps it."""
     _kept[hand] = values
 
 
-def known(hand: ScannedHand) -> Mapping[str, Array]:
+def known_values(hand: ScannedHand) -> Mapping[str, Array]:
     """All that was asked of a hand so far, by names and versions."""
     return _known.get(hand, {})

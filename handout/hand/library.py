@@ -30,7 +30,7 @@ def _paths() -> dict[str, Path]:
     return built_in | {path.stem: path for ending in _FILES[::-1] for path in sorted(folder.glob(f"*{ending}"))}
 
 
-def scanned() -> dict[str, Path]:
+def scanned_files() -> dict[str, Path]:
     """Name → .hand file of the scanned hands: those that come with the program, and the user's own, which win."""
     return {path.stem: path for path in sorted(_HOUSE.glob("*.hand"))} | own_scanned()
 
@@ -56,7 +56,7 @@ def scanned_file(name: str) -> Path:
     """
     if name.endswith(".hand"):
         return Path(name)
-    paths = scanned()
+    paths = scanned_files()
     if name not in paths:
         near = difflib.get_close_matches(name, paths, 3, 0.5) or sorted(paths)
         instead = f"use {', '.join(near)}, or the path of a .hand file" if near else "give the path of a .hand file"
@@ -80,12 +80,12 @@ def own_file(name: str) -> Path:
 
 
 @lru_cache(maxsize=8)
-def _read(path: Path) -> Hand:
+def _read_hand(path: Path) -> Hand:
     if path.suffix == ".svg":
         from handout.hand import svg_font
 
-        return svg_font.read(path)
-    return drawn.read(path)
+        return svg_font.read_svg_font(path)
+    return drawn.read_drawn_hand(path)
 
 
 @lru_cache(maxsize=2)
@@ -111,13 +111,13 @@ def find(name: str) -> Hand | ScannedHand:
     InputError
         No such hand (the message lists the nearest), or a file that cannot be read.
     """
-    if not name.endswith((".hand", *_FILES)) and name not in _paths() and name not in scanned():
-        names_ = sorted({*_paths(), *scanned()})
+    if not name.endswith((".hand", *_FILES)) and name not in _paths() and name not in scanned_files():
+        names_ = sorted({*_paths(), *scanned_files()})
         near = difflib.get_close_matches(name, names_, 3, 0.5) or names_
         raise InputError(
             f"No hand is called {name!r}: use {', '.join(near)}, or the path of a .hand, .toml or .svg file."
         )
-    if name.endswith(".hand") or (name not in _paths() and name in scanned()):
+    if name.endswith(".hand") or (name not in _paths() and name in scanned_files()):
         place = scanned_file(name)
         # of one that is missing, reading it says what is wrong
         about = place.stat() if place.is_file() else None
@@ -134,11 +134,11 @@ def load(name: str) -> Hand:
         No such hand (the message lists the nearest), a scanned hand, or a file that cannot be read.
     """
     if name.endswith(_FILES):
-        return _read(Path(name).resolve())
+        return _read_hand(Path(name).resolve())
     paths = _paths()
-    if name.endswith(".hand") or (name not in paths and name in scanned()):
+    if name.endswith(".hand") or (name not in paths and name in scanned_files()):
         raise InputError(f"{name} is a scanned hand, where a drawn one is wanted: use {', '.join(sorted(paths))}.")
     if name not in paths:
         near = difflib.get_close_matches(name, paths, 3, 0.5) or sorted(paths)
         raise InputError(f"No hand is called {name!r}: use {', '.join(near)}, or the path of a .toml or .svg file.")
-    return _read(paths[name])
+    return _read_hand(paths[name])

@@ -31,7 +31,7 @@ class LigatureFinder:
         self._beside, self._begin = page.graph.neighbour_lists
         self._unit = page.x_height / page.pixel
 
-    def between(self, first: int, second: int, line: int) -> tuple[Ligature, ...]:
+    def ligatures_between(self, first: int, second: int, line: int) -> tuple[Ligature, ...]:
         """The ways from glyph `first` to glyph `second`, from the lowest upwards."""
         paths: list[list[int]] = []
         # the edges from one glyph to the other, in the same order from either side
@@ -52,7 +52,7 @@ class LigatureFinder:
 
     def _walk(self, start: int, before: int, line: int) -> list[int]:
         """The vertices from a joint into its letter, as far as the ligature goes."""
-        path = list(self._run(start, before))
+        path = list(self._follow_stroke(start, before))
         height = self._page.to_line(line, self._page.graph.uv[path])[:, 1] * self._page.unit / self._unit
         for sign in (1.0, -1.0):
             up = sign * height
@@ -63,7 +63,7 @@ class LigatureFinder:
                 return path[: stop + 1]
         return path
 
-    def _run(self, vertex: int, before: int) -> Iterator[int]:
+    def _follow_stroke(self, vertex: int, before: int) -> Iterator[int]:
         """Vertices of one letter along a stroke, up to the next junction or end, or as far as a ligature may reach."""
         letter, length = self._owner[vertex], 0.0
         uv = self._page.graph.uv

@@ -87,13 +87,13 @@ def x_height_in_half_widths(hand: ScannedHand) -> float:
 def capital_height(hand: ScannedHand) -> float:
     """Height of a capital; of a hand without capitals, that of most hands."""
     tops = [_top(hand, i) for i, glyph in enumerate(hand.glyphs) if glyph.letter.isupper()]
-    return _within(tops, x_height(hand), _HIGHEST) or _CAPITAL * x_height(hand)
+    return _bounded_median(tops, x_height(hand), _HIGHEST) or _CAPITAL * x_height(hand)
 
 
 def ascender_height(hand: ScannedHand) -> float:
     """Height of a small letter with an ascender; of a hand without any, that of a capital."""
     tops = [_top(hand, i) for i, glyph in enumerate(hand.glyphs) if glyph.letter in FULL_ASCENDERS]
-    return _within(tops, x_height(hand), _TALLEST) or capital_height(hand)
+    return _bounded_median(tops, x_height(hand), _TALLEST) or capital_height(hand)
 
 
 def _top(hand: ScannedHand, number: int) -> float:
@@ -177,7 +177,7 @@ def _reach(hand: ScannedHand, number: int) -> tuple[float, float]:
     return float((y + radius).max()), float((y - radius).min())
 
 
-def _within(tops: list[float], unit: float, bounds: tuple[float, float]) -> float:
+def _bounded_median(tops: list[float], unit: float, bounds: tuple[float, float]) -> float:
     """The median of some heights, within bounds in units; 0 if there are none."""
     return float(np.clip(np.median(tops), bounds[0] * unit, bounds[1] * unit)) if tops else 0.0
 
@@ -217,7 +217,8 @@ def ink_colours(hand: ScannedHand) -> InkColours:
     of = np.zeros(len(pieces), dtype=np.intp)
     for number, members in enumerate(inks):
         of[members] = number
-    return InkColours(tuple(_named(np.median(colour[members], axis=0)) for members in inks), of)
+    usual = [np.rint(255 * np.median(colour[members], axis=0)).astype(int).tolist() for members in inks]
+    return InkColours(tuple("#" + "".join(f"{part:02x}" for part in parts) for parts in usual), of)
 
 
 def _usual(hand: ScannedHand, number: int, pieces: list[Indices]) -> Array:
@@ -267,10 +268,6 @@ def _merge_inks(colour: Array, group: Indices) -> list[Indices]:
         else:
             inks.append(members)
     return sorted(inks, key=lambda some: -len(some))
-
-
-def _named(colour: NDArray[np.float64]) -> str:
-    return "#" + "".join(f"{round(255 * float(part)):02x}" for part in colour)
 
 
 def body_sizes(xy: Array, radius: Array, first: Indices, x_height: float) -> Array:

@@ -146,7 +146,7 @@ class Siblings:
             mean, variance = self._predict_glyphs(number, total - weight, place - weight[:, None] * self._place[group])
             self._mean[group], self._own[group] = mean, variance
             off = self._place[group] - mean
-            square[group], self._own_density[group] = _summed(np.square(off) / variance, variance)
+            square[group], self._own_density[group] = _sum_distances(np.square(off) / variance, variance)
             self._residual[group] = off @ self._back / np.sqrt(variance @ np.square(self._back))
         distance = square / self._features.shape[1]
         self._usual = float(np.median(distance))
@@ -166,7 +166,7 @@ class Siblings:
         return centre + trust * (place / count - centre), 1 + spread - trust * spread
 
     def _rival(self) -> Array:
-        """(n,): logarithm of the density of the most probable other letter, as of `_summed`."""
+        """(n,): logarithm of the density of the most probable other letter, as of `_sum_distances`."""
         best = np.full(len(self._of), -np.inf)
         squares = np.square(self._place)
         for number, group in enumerate(self._groups):
@@ -235,7 +235,7 @@ class Siblings:
         return np.maximum(near, 0.0), np.maximum(far, 0.0)
 
 
-def _summed(squares: Array, variance: Array) -> tuple[Array, Array]:
+def _sum_distances(squares: Array, variance: Array) -> tuple[Array, Array]:
     """(k,), (k,): squared distance, and logarithm of the density but for a constant."""
     square = squares.sum(axis=1)
     return square, -0.5 * (square + np.log(variance).sum(axis=1))
@@ -288,6 +288,6 @@ def load(path: Path) -> OutlierModel:
 
 
 @lru_cache(maxsize=1)
-def shipped() -> OutlierModel:
+def load_model() -> OutlierModel:
     """The model that handout comes with."""
     return load(Path(__file__).resolve().parent / "outliers.npz")

@@ -53,7 +53,7 @@ class Cover:
     corner: tuple[int, int]
     values: NDArray[np.uint8]
 
-    def over(self, corner: tuple[int, int], shape: tuple[int, int]) -> tuple[tuple[slice, slice], NDArray[np.uint8]]:
+    def overlap(self, corner: tuple[int, int], shape: tuple[int, int]) -> tuple[tuple[slice, slice], NDArray[np.uint8]]:
         """Which rows and columns of a picture (h, w) that begins at `corner` it covers, and its values there."""
         (x, y), (height, width) = corner, shape
         left, top = self.corner
@@ -64,7 +64,7 @@ class Cover:
             rows.start + down : rows.stop + down, columns.start + across : columns.stop + across
         ]
 
-    def under(self, uv: Array) -> NDArray[np.bool_]:
+    def covers_places(self, uv: Array) -> NDArray[np.bool_]:
         """(n,) whether it covers places (n, 2) of the page."""
         height, width = self.values.shape
         column, row = (np.rint(uv).astype(np.intp) - self.corner).T
@@ -85,7 +85,7 @@ def brush(page: ScannedPage, places: Sequence[tuple[float, float]], width: float
     return cover
 
 
-def filled(page: ScannedPage, places: Sequence[tuple[float, float]]) -> Cover:
+def fill_polygon(page: ScannedPage, places: Sequence[tuple[float, float]]) -> Cover:
     """The cover of a polygon of a page's picture."""
     import cv2
 
@@ -111,13 +111,13 @@ def as_paper(page: ScannedPage, cover: Cover) -> tuple[ScannedPage, Indices]:
     PaintError
         There is none.
     """
-    gone = cover.under(page.graph.uv)
-    part, values = cover.over(page.texture.corner, page.texture.shape)
+    gone = cover.covers_places(page.graph.uv)
+    part, values = cover.overlap(page.texture.corner, page.texture.shape)
     if not gone.any() and not (page.texture.alpha[part][values > 0] > 0).any():
         raise PaintError("there is no ink")
     pixels = page.texture.pixels.copy()
     pixels[part][values > 0] = 0
-    return without(replace(page, texture=with_texture(page.texture, pixels)), gone)
+    return drop_vertices(replace(page, texture=with_texture(page.texture, pixels)), gone)
 
 
 def as_ink(page: ScannedPage, places: Sequence[tuple[float, float]], width: float) -> tuple[ScannedPage, Indices]:
@@ -177,7 +177,7 @@ def without_rule(
     pixels = page.texture.pixels.copy()
     pixels[cover[y : y + height, x : x + wide]] = 0
     page = replace(page, texture=with_texture(page.texture, pixels))
-    changed, number = without(page, gone)
+    changed, number = drop_vertices(page, gone)
     return changed, number, len(likes)
 
 
@@ -187,7 +187,7 @@ def own_ink(page: ScannedPage, rows: slice, columns: slice) -> NDArray[np.bool_]
 
     shape = (rows.stop - rows.start, columns.stop - columns.start)
     alpha = np.zeros(shape, dtype=np.uint8)
-    here, values = Cover((columns.start, rows.start), alpha).over(page.texture.corner, page.texture.shape)
+    here, values = Cover((columns.start, rows.start), alpha).overlap(page.texture.corner, page.texture.shape)
     values[:] = page.texture.alpha[here]
     size = 2 * max(1, round(_SETTINGS.own[0] * usual_half(page))) + 1
     middle = cv2.dilate(alpha, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size)))
@@ -236,17 +236,17 @@ def on_baseline(page: ScannedPage, line: int, a: tuple[float, float], b: tuple[f
     return replace(page, baselines=baselines)
 
 
-def cut(page: ScannedPage, edges: NDArray[np.bool_]) -> ScannedPage:
+def cut_edges(page: ScannedPage, edges: NDArray[np.bool_]) -> ScannedPage:
     """The page with some edges (m,) of its graph taken away."""
     return replace(page, graph=replace(page.graph, edges=page.graph.edges[~edges]))
 
 
-def joined(page: ScannedPage, one: int, other: int) -> ScannedPage:
+def join_vertices(page: ScannedPage, one: int, other: int) -> ScannedPage:
     """The page with an edge between two vertices."""
     return replace(page, graph=replace(page.graph, edges=np.vstack([page.graph.edges, [sorted((one, other))]])))
 
 
-def along(graph: LineGraph, vertices: Indices, places: Array) -> Indices:
+def vertices_along(graph: LineGraph, vertices: Indices, places: Array) -> Indices:
     """(k,) of some vertices (n,) of a graph, rising, those that a pen passed which was led along places (m, 2), pixels.
 
     Each place means a vertex near it; of all rows of such vertices that is taken whose vertices are nearest to the
@@ -290,7 +290,7 @@ def along(graph: LineGraph, vertices: Indices, places: Array) -> Indices:
     return np.asarray(vertices[path], dtype=np.intp)
 
 
-def without(page: ScannedPage, gone: NDArray[np.bool_]) -> tuple[ScannedPage, Indices]:
+def drop_vertices(page: ScannedPage, gone: NDArray[np.bool_]) -> tuple[ScannedPage, Indices]:
     graph, kept = page.graph, np.flatnonzero(~gone)
     number = np.full(len(graph), -1, dtype=np.intp)
     number[kept] = np.arange(len(kept))
@@ -327,7 +327,7 @@ def with_texture(texture: Texture, pixels: NDArray[np.uint8]) -> Texture:
 def _add_ink(page: ScannedPage, cover: Cover) -> Texture:
     """The texture with ink under a cover, its box wide enough for that."""
     texture = wide_enough(page, cover)
-    part, values = cover.over(texture.corner, texture.shape)
+    part, values = cover.overlap(texture.corner, texture.shape)
     colour, opacity = usual_ink(page)
     under = texture.pixels[part].copy()
     alpha = (values * (opacity / 255)).astype(np.uint8)
@@ -340,7 +340,7 @@ def _add_ink(page: ScannedPage, cover: Cover) -> Texture:
 
 def wide_enough(page: ScannedPage, cover: Cover) -> Texture:
     """The texture of a page, its box made to hold what of the page lies under a cover."""
-    texture, (rows, columns) = page.texture, cover.over((0, 0), page.shape)[0]
+    texture, (rows, columns) = page.texture, cover.overlap((0, 0), page.shape)[0]
     (x, y), (height, width) = texture.corner, texture.shape
     left, top = min(x, columns.start), min(y, rows.start)
     right, bottom = max(x + width, columns.stop), max(y + height, rows.stop)

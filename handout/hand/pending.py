@@ -18,7 +18,7 @@ import msgspec
 
 from handout.errors import InputError
 from handout.hand import library
-from handout.hand.corrections import AnyCorrection, CorrectionJournal, JournalEntry
+from handout.hand.corrections import AnyCorrection, CorrectionJournal
 
 _SUFFIX = ".log"
 
@@ -39,7 +39,7 @@ class PendingLog:
     def __init__(self, path: Path) -> None:
         self.path = path.with_name(path.name + _SUFFIX)
 
-    def there(self) -> bool:
+    def exists(self) -> bool:
         """Whether there is one."""
         return self.path.exists()
 
@@ -68,9 +68,9 @@ class PendingLog:
                 f"Cannot keep the correction in {self.path}: {error.strerror or error}; it was not made."
             ) from error
 
-    def read(self, journal: CorrectionJournal) -> list[tuple[AnyCorrection, ...]]:
+    def read_steps(self, journal: CorrectionJournal) -> list[tuple[AnyCorrection, ...]]:
         """The steps in force that are not among the entries of a file's journal, in their order."""
-        if not self.there():
+        if not self.exists():
             return []
         data = self.path.read_bytes()
         whole = data.rfind(b"\n") + 1
@@ -97,7 +97,10 @@ class PendingLog:
                 source, target = (done, undone) if step.back > 0 else (undone, done)
                 if source:
                     target.append(source.pop())
-        return done if not _holds(journal, head.made, done) else []
+        # the journal may have them already, after the entries that it had when they were made
+        there = journal.entries[: journal.made][head.made : head.made + len(done)]
+        held = len(there) == len(done) and all(a.corrections == b for a, b in zip(there, done, strict=True))
+        return done if not held else []
 
     def forget(self) -> None:
         """Delete it: the .hand file has all that it held."""
@@ -107,15 +110,9 @@ class PendingLog:
 def untaken(hand: str) -> tuple[str, ...]:
     """What has to be said of a hand by name or path whose file lacks corrections that its log holds; mostly nothing."""
     path = Path(hand) if hand.endswith(".hand") else library.own_scanned().get(hand)
-    if path is None or not (log := PendingLog(path)).there():
+    if path is None or not (log := PendingLog(path)).exists():
         return ()
     return (
         f"{log.path.name} holds corrections that {path.name} lacks, as after a break: open it with `handout hand tag "
         f"{hand}` to have them taken in.",
     )
-
-
-def _holds(journal: CorrectionJournal, made: int, done: Sequence[tuple[AnyCorrection, ...]]) -> bool:
-    """Whether a journal has some steps already, after its first `made` entries."""
-    entries: Sequence[JournalEntry] = journal.entries[: journal.made][made : made + len(done)]
-    return len(entries) == len(done) and all(a.corrections == b for a, b in zip(entries, done, strict=True))

@@ -47,7 +47,7 @@ class AnyHand(Protocol):
     def letters(self) -> Mapping[str, int]: ...
     @property
     def repertoire(self) -> Repertoire: ...
-    def hastened(self, haste: float) -> Self:
+    def with_haste(self, haste: float) -> Self:
         """The hand written with haste: −1 (careful) to 1 (as fast as it goes), 0 as it is.
 
         Raises

@@ -204,8 +204,8 @@ def contact_sheet(hand: ScannedHand, most: int = 24) -> Pixels:
 
 def _rows(hand: ScannedHand, letter: str, most: int) -> Iterable[tuple[str, list[tuple[Pixels, int]]]]:
     """(name and count, or "" where a letter goes on; pictures with their height over the baseline)."""
-    numbers = sorted(hand.of(letter).tolist(), key=lambda i: -vet(hand).probability[i])[:most]
-    name, cells, wide = f"{letter} {len(hand.of(letter))}", list[tuple[Pixels, int]](), 0
+    numbers = sorted(hand.numbers_of_letter(letter).tolist(), key=lambda i: -vet(hand).probability[i])[:most]
+    name, cells, wide = f"{letter} {len(hand.numbers_of_letter(letter))}", list[tuple[Pixels, int]](), 0
     for number in numbers:
         cell = cell_of(hand, number)
         if cells and wide + cell[0].shape[1] + _GAP > _WIDE - 2 * _MARGIN - _NAME:

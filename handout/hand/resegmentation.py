@@ -16,7 +16,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from handout.hand.page_editor import Cover, brush, own_ink, usual_half, usual_ink, wide_enough, with_texture, without
+from handout.hand.page_editor import (
+    Cover,
+    brush,
+    drop_vertices,
+    own_ink,
+    usual_half,
+    usual_ink,
+    wide_enough,
+    with_texture,
+)
 from handout.hand.scanned import ScannedPage
 from handout.values import Array, Indices, LineGraph
 
@@ -49,14 +58,14 @@ class _Pen:
     opacity: float
     half: float
 
-    def on(self, paper: NDArray[np.uint8]) -> Array:
+    def colour_on(self, paper: NDArray[np.uint8]) -> Array:
         """(3,) 0–255: its colour on some paper (n, 3), as a scan shows it."""
         white = np.median(paper, axis=0) if len(paper) else np.full(3, 255.0)
         return np.asarray(white + (self.colour - white) * self.opacity, dtype=np.float64)
 
 
 @dataclass(frozen=True, eq=False)
-class _Window:
+class _ChangedWindow:
     """A part of a page.  before, after : (h, w) its ink."""
 
     pen: _Pen
@@ -71,18 +80,20 @@ class _Window:
         return self.columns.start, self.rows.start
 
     @property
-    def changed(self) -> NDArray[np.bool_]:
+    def changed_mask(self) -> NDArray[np.bool_]:
         return np.asarray(self.before != self.after)
 
-    def cut(self, room: int) -> _Window:
+    def cut_to_changes(self, room: int) -> _ChangedWindow:
         """The part of it where something changed, with `room` pixels around."""
-        y, x = np.nonzero(self.changed)
+        y, x = np.nonzero(self.changed_mask)
         top, left = max(int(y.min()) - room, 0), max(int(x.min()) - room, 0)
         low, right = int(y.max()) + room + 1, int(x.max()) + room + 1
         here = slice(top, low), slice(left, right)
         before, after = self.before[here], self.after[here]
         (x0, y0), (height, width) = self.corner, before.shape
-        return _Window(self.pen, slice(y0 + top, y0 + top + height), slice(x0 + left, x0 + left + width), before, after)
+        return _ChangedWindow(
+            self.pen, slice(y0 + top, y0 + top + height), slice(x0 + left, x0 + left + width), before, after
+        )
 
 
 def with_ink(
@@ -93,11 +104,11 @@ def with_ink(
 
     hard = brush(page, places, max(1.0, width * _SETTINGS.middle))
 
-    def segmented(window: scribbles.PageWindow, scribble: NDArray[np.bool_]) -> NDArray[np.bool_] | None:
+    def segment_window(window: scribbles.PageWindow, scribble: NDArray[np.bool_]) -> NDArray[np.bool_] | None:
         found = scribbles.with_ink(window, scribble)
         return found.ink if found.seen else None
 
-    return _segment_around(page, hard, segmented, np.zeros((0, 2)))
+    return _segment_around(page, hard, segment_window, np.zeros((0, 2)))
 
 
 def without_ink(page: ScannedPage, cover: Cover, held: Indices) -> tuple[ScannedPage, Indices] | None:
@@ -127,16 +138,16 @@ def _segment_around(
     if window is not None and (touched := _find_touched_sides(window, page.shape, near)).any():
         sides += np.where(touched, reach, 0) * np.array([-1, -1, 1, 1])
         window = _window(page, pen, cover, sides, segment, held)
-    if window is None or not window.changed.any():
+    if window is None or not window.changed_mask.any():
         return None
-    window = window.cut(round(_SETTINGS.room * pen.half))
+    window = window.cut_to_changes(round(_SETTINGS.room * pen.half))
     changed, number = _with_lines(page, window)
     return _with_matte(changed, window), number
 
 
 def _window(
     page: ScannedPage, pen: _Pen, cover: Cover, sides: Indices, segment: Segment, held: Array
-) -> _Window | None:
+) -> _ChangedWindow | None:
     """What becomes of a part of the page; `sides` are its top, left, bottom and right, as far as there is a page."""
     from handout.scanning.scribbles import PageWindow
 
@@ -145,22 +156,22 @@ def _window(
     rows, columns = slice(top, low), slice(left, right)
     ink = own_ink(page, rows, columns)
     scribble = np.zeros(ink.shape, dtype=bool)
-    here, values = cover.over((columns.start, rows.start), ink.shape)
+    here, values = cover.overlap((columns.start, rows.start), ink.shape)
     scribble[here] = values > 127
     rgb = page.scan.part(rows, columns)
     column, row = np.rint(held - (columns.start, rows.start)).astype(np.intp).T
     inside = (column >= 0) & (row >= 0) & (column < ink.shape[1]) & (row < ink.shape[0])
     stays = np.zeros(ink.shape, dtype=bool)
     stays[row[inside], column[inside]] = True
-    stays = ink & _grown(stays, pen.half)
-    seen = PageWindow(rgb, ink, pen.on(rgb[~ink]), pen.half, page.x_height / page.pixel, stays)
+    stays = ink & _grow_mask(stays, pen.half)
+    seen = PageWindow(rgb, ink, pen.colour_on(rgb[~ink]), pen.half, page.x_height / page.pixel, stays)
     after = segment(seen, scribble)
-    return None if after is None else _Window(pen, rows, columns, ink, after)
+    return None if after is None else _ChangedWindow(pen, rows, columns, ink, after)
 
 
-def _find_touched_sides(window: _Window, shape: tuple[int, int], near: int) -> NDArray[np.bool_]:
+def _find_touched_sides(window: _ChangedWindow, shape: tuple[int, int], near: int) -> NDArray[np.bool_]:
     """(4,) whether what changed comes as near the top, left, bottom and right of a window, where the page goes on."""
-    changed, (rows, columns) = window.changed, (window.rows, window.columns)
+    changed, (rows, columns) = window.changed_mask, (window.rows, window.columns)
     return np.array(
         [
             rows.start > 0 and changed[:near].any(),
@@ -171,21 +182,22 @@ def _find_touched_sides(window: _Window, shape: tuple[int, int], near: int) -> N
     )
 
 
-def _with_lines(page: ScannedPage, window: _Window) -> tuple[ScannedPage, Indices]:
+def _with_lines(page: ScannedPage, window: _ChangedWindow) -> tuple[ScannedPage, Indices]:
     """The page with the line of what changed: vertices that still lie on a line stay."""
     from scipy.spatial import cKDTree
 
     new = _line(page, window)
-    zone = _grown(window.changed, window.pen.half)
+    zone = _grow_mask(window.changed_mask, window.pen.half)
     graph, away = page.graph, _SETTINGS.away * window.pen.half
-    near = np.flatnonzero(_under(zone, graph.uv, window.corner)[1])
+    near = np.flatnonzero(_look_under(zone, graph.uv, window.corner)[1])
     nearest = cKDTree(new.uv).query(graph.uv[near])[0] if len(new) else np.full(len(near), np.inf)
     gone = np.zeros(len(graph), dtype=bool)
-    gone[near] = ~_under(window.after, graph.uv[near], window.corner)[1] | (nearest > 2 * away)
-    bare, number = without(page, gone)
+    gone[near] = ~_look_under(window.after, graph.uv[near], window.corner)[1] | (nearest > 2 * away)
+    bare, number = drop_vertices(page, gone)
     if not len(new):
         return bare, number
-    return replace(bare, graph=_splice_graphs(bare.graph, new, _under(zone, new.uv, window.corner)[1], away)), number
+    _, under = _look_under(zone, new.uv, window.corner)
+    return replace(bare, graph=_splice_graphs(bare.graph, new, under, away)), number
 
 
 def _splice_graphs(graph: LineGraph, new: LineGraph, fresh: NDArray[np.bool_], away: float) -> LineGraph:
@@ -209,7 +221,7 @@ def _splice_graphs(graph: LineGraph, new: LineGraph, fresh: NDArray[np.bool_], a
     return LineGraph(xy, radius, density, uv, np.concatenate([graph.edges, edges]))
 
 
-def _line(page: ScannedPage, window: _Window) -> LineGraph:
+def _line(page: ScannedPage, window: _ChangedWindow) -> LineGraph:
     """The line of a window's ink, places in pixels of the page's picture."""
     from handout.scanning.density import Density, Scale
     from handout.scanning.line_graph import find_line_graph
@@ -221,7 +233,7 @@ def _line(page: ScannedPage, window: _Window) -> LineGraph:
         nothing = np.zeros((0, 2))
         return LineGraph(nothing, np.zeros(0), np.zeros(0), nothing, np.zeros((0, 2), dtype=np.intp))
     rgb = page.scan.part(window.rows, window.columns)
-    usual = window.pen.on(rgb[~(window.before | window.after)])
+    usual = window.pen.colour_on(rgb[~(window.before | window.after)])
     paper = np.median(rgb[~window.after], axis=0) if (~window.after).any() else np.full(3, 255.0)
     axis = (usual - paper) / max(float((usual - paper) @ (usual - paper)), 1e-6)
     level = np.clip((rgb - paper) @ axis, 0, 2).astype(np.float32)
@@ -231,18 +243,18 @@ def _line(page: ScannedPage, window: _Window) -> LineGraph:
     return LineGraph((uv + 0.5) * page.pixel, found.radius, found.density, uv, found.edges)
 
 
-def _with_matte(page: ScannedPage, window: _Window) -> ScannedPage:
+def _with_matte(page: ScannedPage, window: _ChangedWindow) -> ScannedPage:
     """The page with the ink of a window as the scan has it, where that changed."""
     from handout.scanning.matting import fill_textured, least_opaque
 
     assert page.scan is not None
     halo = _SETTINGS.halo / page.pixel
-    near = _grown(window.after, halo)
-    zone = _grown(window.changed, 2 * halo)
+    near = _grow_mask(window.after, halo)
+    zone = _grow_mask(window.changed_mask, 2 * halo)
     rgb = page.scan.part(window.rows, window.columns)
-    hole = near | _grown(window.before, halo)
+    hole = near | _grow_mask(window.before, halo)
     paper = fill_textured(rgb, hole.astype(np.uint8), round(_SETTINGS.room))
-    usual = window.pen.on(rgb[~hole])
+    usual = window.pen.colour_on(rgb[~hole])
     limit = np.minimum if usual.sum() > np.median(paper.reshape(-1, 3), axis=0).sum() else np.maximum
     inside = zone & near
     rgba = np.zeros((*zone.shape, 4), dtype=np.uint8)
@@ -251,7 +263,7 @@ def _with_matte(page: ScannedPage, window: _Window) -> ScannedPage:
         rgba = rgba[:, :, [2, 1, 0, 3]]
     cover = Cover(window.corner, zone.astype(np.uint8))
     texture = wide_enough(page, cover)
-    here, _ = cover.over(texture.corner, texture.shape)
+    here, _ = cover.overlap(texture.corner, texture.shape)
     (x, y), (left, top) = texture.corner, window.corner
     own = (
         slice(here[0].start + y - top, here[0].stop + y - top),
@@ -262,7 +274,9 @@ def _with_matte(page: ScannedPage, window: _Window) -> ScannedPage:
     return replace(page, texture=with_texture(texture, pixels))
 
 
-def _under(mask: NDArray[np.bool_], uv: Array, corner: tuple[int, int]) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+def _look_under(
+    mask: NDArray[np.bool_], uv: Array, corner: tuple[int, int]
+) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
     """(n,) whether places of the page lie in a window, and whether under its mask there."""
     column, row = (np.rint(uv).astype(np.intp) - corner).T
     inside = (column >= 0) & (row >= 0) & (column < mask.shape[1]) & (row < mask.shape[0])
@@ -271,7 +285,7 @@ def _under(mask: NDArray[np.bool_], uv: Array, corner: tuple[int, int]) -> tuple
     return inside, under
 
 
-def _grown(mask: NDArray[np.bool_], by: float) -> NDArray[np.bool_]:
+def _grow_mask(mask: NDArray[np.bool_], by: float) -> NDArray[np.bool_]:
     import cv2
 
     size = 2 * max(1, round(by)) + 1

@@ -99,7 +99,7 @@ class ScannedGlyph:
             own = all(np.isin(way, vertices).all() for way in ways)
             object.__setattr__(self, "ways", ways if own else ())
 
-    def beside(self, number: Mapping[int, int]) -> ScannedGlyph:
+    def with_neighbours(self, number: Mapping[int, int]) -> ScannedGlyph:
         """The same glyph where those before and after it have other numbers; the same object if they have not."""
         before, after = number[self.before], number[self.after]
         return self if (before, after) == (self.before, self.after) else replace(self, before=before, after=after)
@@ -323,7 +323,7 @@ class ScannedHand:
             _check(number, glyph, self.pages, self.glyphs)
 
     @property
-    def own(self) -> int:
+    def own_count(self) -> int:
         """How many of its glyphs the author wrote as they are; those that were added come after them."""
         return len((self.author or self).glyphs)
 
@@ -358,7 +358,7 @@ class ScannedHand:
         least, most = _ON_LINES
         return min(max(self.x_height, least * spacing), most * spacing)
 
-    def hastened(self, haste: float) -> ScannedHand:
+    def with_haste(self, haste: float) -> ScannedHand:
         """See `protocol.AnyHand`."""
         if haste:
             raise InputError(
@@ -374,7 +374,7 @@ class ScannedHand:
                 numbers_of.setdefault(glyph.letter, []).append(number)
         return {letter: readonly_indices(numbers, None) for letter, numbers in numbers_of.items()}
 
-    def of(self, letter: str) -> Indices:
+    def numbers_of_letter(self, letter: str) -> Indices:
         """(n,) int: numbers of the glyphs of a letter, in the order of writing, without those that are kept out."""
         return self._numbers.get(letter, readonly_indices(np.zeros(0), 0))
 
@@ -384,7 +384,7 @@ class ScannedHand:
         page = self.pages[glyph.page]
         return page.to_line(glyph.line, page.graph.uv[glyph.vertices])
 
-    def placed(self, numbers: Indices, vertices: Indices) -> Array:
+    def place_vertices(self, numbers: Indices, vertices: Indices) -> Array:
         """(n, 2) line space: vertices (n,) of the pages of glyphs (n,), each on its glyph's line."""
         page, line = np.array([(glyph.page, glyph.line) for glyph in self.glyphs], dtype=np.intp).reshape(-1, 2).T
         place, page = np.empty((len(vertices), 2)), page[numbers]
@@ -406,16 +406,16 @@ class ScannedHand:
         """(2,) line space: the middle of a glyph's ink; see `centres`."""
         return np.asarray(self.centres[number])
 
-    def only(self, kept: Sequence[int]) -> ScannedHand:
+    def take_glyphs(self, kept: Sequence[int]) -> ScannedHand:
         """A hand of some of the glyphs, by their numbers; where a neighbour is gone there is none."""
         number = {old: new for new, old in enumerate(kept)}
 
-        def renumbered(glyph: ScannedGlyph) -> ScannedGlyph:
+        def renumber_neighbours(glyph: ScannedGlyph) -> ScannedGlyph:
             before, after = (number.get(beside, NOBODY) for beside in (glyph.before, glyph.after))
             ways = () if after == NOBODY else glyph.ligatures
             return replace(glyph, before=before, after=after, ligatures=ways)
 
-        return replace(self, glyphs=tuple(renumbered(self.glyphs[old]) for old in kept))
+        return replace(self, glyphs=tuple(renumber_neighbours(self.glyphs[old]) for old in kept))
 
     @cached_property
     def centres(self) -> Array:
@@ -429,8 +429,10 @@ class ScannedHand:
         size = np.array([len(glyph.vertices) for glyph in self.glyphs], dtype=np.intp)
         of, first = np.repeat(np.arange(len(size)), size), np.cumsum(size) - size
         vertices = np.concatenate([np.zeros(0, dtype=np.intp), *(glyph.vertices for glyph in self.glyphs)])
-        place = self.placed(of, vertices)
-        weight = np.concatenate([np.zeros(0), *map(self._weights, self.glyphs)])
+        place = self.place_vertices(of, vertices)
+        ink = [(self.pages[glyph.page].graph, glyph.vertices) for glyph in self.glyphs]
+        weights = (graph.density[own] * graph.radius[own] ** 2 + 1e-12 for graph, own in ink)
+        weight = np.concatenate([np.zeros(0), *weights])
         beside = np.array([(glyph.before, glyph.after) for glyph in self.glyphs], dtype=np.intp).reshape(-1, 2)
         low = np.append(np.minimum.reduceat(place[:, 0], first), -np.inf)[beside[:, 0]]
         high = np.append(np.maximum.reduceat(place[:, 0], first), np.inf)[beside[:, 1]]
@@ -438,10 +440,6 @@ class ScannedHand:
         in_core |= ~np.logical_or.reduceat(in_core, first)[of]
         weight = np.where(in_core, weight, 0.0)[:, None]
         return readonly(np.add.reduceat(weight * place, first) / np.add.reduceat(weight, first), len(size), 2)
-
-    def _weights(self, glyph: ScannedGlyph) -> Array:
-        graph = self.pages[glyph.page].graph
-        return np.asarray(graph.density[glyph.vertices] * graph.radius[glyph.vertices] ** 2 + 1e-12)
 
 
 def _check(number: int, glyph: ScannedGlyph, pages: tuple[ScannedPage, ...], glyphs: tuple[ScannedGlyph, ...]) -> None:

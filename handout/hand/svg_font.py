@@ -35,7 +35,7 @@ _CAPITAL = 0.68  # x-height of a font of capitals, in their height
 _PITCH = (3.9, 8.0)  # distance of lines, least and greatest
 
 
-def read(path: Path) -> Hand:
+def read_svg_font(path: Path) -> Hand:
     """Read an SVG font as a hand.
 
     Raises
@@ -78,6 +78,8 @@ def _hand(root: Element, name: str) -> Hand:
     _check_lines(drawn, unit)
     glyphs = {letter: (_glyph(letter, lines, advances[letter], unit),) for letter, lines in drawn.items()}
     tall = _number(facts, "ascent", 0.0) - _number(facts, "descent", 0.0)
+    spaces = [wide / unit for letter, wide in advances.items() if letter in " \u00a0" and wide > 0]
+    width = float(np.median([glyph.width for (glyph,) in glyphs.values()]))
     return Hand(
         name=name,
         title=facts.get("font-family") or font.get("id") or name,
@@ -88,7 +90,7 @@ def _hand(root: Element, name: str) -> Hand:
         drawn_at=_SMOOTH,
         delayed_after="letter",
         interval=_INTERVAL,
-        word_space=_word_space(advances, unit, float(np.median([glyph.width for (glyph,) in glyphs.values()]))),
+        word_space=min(max(spaces[0] if spaces else 0.8 * width, 0.4), 3.0),
         pitch=min(max(1.1 * tall / unit, _PITCH[0]), _PITCH[1]),
     )
 
@@ -99,12 +101,6 @@ def _font_glyphs(font: Element) -> tuple[dict[str, list[Array]], dict[str, float
     letters = {letter: glyph for glyph in font.findall("glyph") if len(letter := glyph.get("unicode", "")) == 1}
     paths = {letter: _paths(glyph, letter) for letter, glyph in letters.items()}
     return paths, {letter: _number(glyph.attrib, "horiz-adv-x", usual) for letter, glyph in letters.items()}
-
-
-def _word_space(advances: Mapping[str, float], unit: float, letter_width: float) -> float:
-    """x-heights: the font's own space, or a share of the usual width of its letters."""
-    spaces = [wide / unit for letter, wide in advances.items() if letter in " \u00a0" and wide > 0]
-    return min(max(spaces[0] if spaces else 0.8 * letter_width, 0.4), 3.0)
 
 
 def _number(attributes: Mapping[str, str], name: str, default: float) -> float:

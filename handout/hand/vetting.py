@@ -77,7 +77,7 @@ class Vetting:
 def vet(hand: ScannedHand) -> Vetting:
     """Judge every glyph of a hand, with its stubs and marks; what was added to a hand is right."""
     if hand.author:
-        added, known = np.ones(len(hand.glyphs) - hand.own), vet(hand.author)
+        added, known = np.ones(len(hand.glyphs) - hand.own_count), vet(hand.author)
         return Vetting(np.concatenate([known.probability, added]), np.concatenate([known.plainness, added]))
     plainness = learnt(hand, "vetting", VERSION, len(hand.glyphs), lambda: _plainness(hand))
     confirmed = np.array([glyph.confirmed for glyph in hand.glyphs], dtype=bool)
@@ -85,7 +85,7 @@ def vet(hand: ScannedHand) -> Vetting:
 
 
 def _plainness(hand: ScannedHand) -> Array:
-    model = outlier_score.shipped()
+    model = outlier_score.load_model()
     score = strange_score(model, hand)
     confidence = np.array([glyph.confidence for glyph in hand.glyphs])
     probability = calibrated(score, confidence)

@@ -41,7 +41,7 @@ from handout.letters.rows import (
 )
 from handout.letters.runs import LetterWord
 from handout.writing.layout import ASCENT, DESCENT, FOOT_ABOVE_RULE, Layout
-from handout.writing.pages import SQUEEZE, extent, squeezed
+from handout.writing.pages import SQUEEZE, extent, squeeze_gaps
 
 _NARROWEST = 9.0  # x-heights: nobody writes in less room beside a picture
 _LEAST_ROOM = 2.5  # x-heights: room for a letter or two
@@ -77,7 +77,7 @@ class _Label:
     room: float
 
 
-def flowed(
+def flow_letter(
     setting: LetterSetting, lines: Mapping[int, Sequence[Sequence[LetterWord]]], rng: np.random.Generator
 ) -> list[FlowPage]:
     """The pages of a letter, with all in its place."""
@@ -170,7 +170,7 @@ class _Flow:
 
     # Where a row goes
 
-    def _at(self, words: Sequence[LetterWord], left: float, right: float, least: float = 0.0) -> _At:
+    def _find_place(self, words: Sequence[LetterWord], left: float, right: float, least: float = 0.0) -> _At:
         """Where a row of some words may go next, on this page or the next; `least` : mm that it is wide."""
         scale = max((word.scale for word in words), default=1.0)
         pitch, whole = self._pitch_of(words), self._frame.width - left - right
@@ -179,7 +179,7 @@ class _Flow:
                 self._line, f"it stands so far in that {max(whole, 0.0):.0f} mm are left for it.", DoesNotFit
             )
         while True:
-            baseline, slope = self._next(scale, pitch)
+            baseline, slope = self._next_baseline(scale, pitch)
             if baseline + DESCENT * self._xh * scale > self._frame.bottom + 1e-6:
                 self._turn()
                 continue
@@ -189,7 +189,7 @@ class _Flow:
                 continue
             return _At(baseline, slope, x, width)
 
-    def _next(self, scale: float, pitch: float) -> tuple[float, float]:
+    def _next_baseline(self, scale: float, pitch: float) -> tuple[float, float]:
         """The baseline of the next row, mm, and its slope; on a rule where there are some."""
         layout = self._layout(self.pages.index(self._page))
         if self._last is None:
@@ -287,7 +287,7 @@ class _Flow:
         begin_indented = self._letter.head.paragraphs == "indented" and self._after_text and not self._tight
         self._space_before(paragraph, begin_indented)
         if paragraph.level:
-            self._keep((1 + max(_sizes(lines), default=1.0)) * self._usual)
+            self._keep((1 + max((word.scale for line in lines for word in line), default=1.0)) * self._usual)
         first = _INDENT * self._xh if begin_indented and not paragraph.side else 0.0
         for line in lines:
             rest = list(line)
@@ -310,27 +310,27 @@ class _Flow:
         taken, self._right = words[:1], side == "right"
         first = next(_clusters(words))
         while True:
-            at = self._at(taken, left, right, self._width(first))
-            count, gaps = self._filled(words, at.width)
+            at = self._find_place(taken, left, right, self._width(first))
+            count, gaps = self._fill_row(words, at.width)
             before = self._pitch_of(taken), max(word.scale for word in taken)
             taken = words[:count]
             if (self._pitch_of(taken), max(word.scale for word in taken)) <= before:
                 break
         segments, marks = [Segment(at.x, at.width, tuple(taken), tuple(gaps), side)], list[Mark]()
         if self._label is not None:
-            self._before(self._label, at, segments, marks)
+            self._put_label(self._label, at, segments, marks)
             self._label = None
         self._add(at, segments, taken, marks)
         self._right = False
         return count
 
-    def _filled(self, words: Sequence[LetterWord], width: float) -> tuple[int, list[float]]:
+    def _fill_row(self, words: Sequence[LetterWord], width: float) -> tuple[int, list[float]]:
         """How many words a row of so many mm holds, and the gaps before them, usual x-heights."""
         best: tuple[int, list[float]] | None = None
         for end in range(1, len(words) + 1):
             if end < len(words) and not words[end].breakable:
                 continue
-            gaps = squeezed(words[:end], width / self._xh, SQUEEZE)
+            gaps = squeeze_gaps(words[:end], width / self._xh, SQUEEZE)
             if gaps is None:
                 break
             best = end, gaps
@@ -345,7 +345,7 @@ class _Flow:
             )
         return best
 
-    def _before(self, label: _Label, at: _At, segments: list[Segment], marks: list[Mark]) -> None:
+    def _put_label(self, label: _Label, at: _At, segments: list[Segment], marks: list[Mark]) -> None:
         """Put the number or the bullet of an item before its first row."""
         begin = at.x - label.room
         if label.words:
@@ -367,7 +367,10 @@ class _Flow:
             self._line, self._label = item.line, _Label(words, block.marker, voice, own)
             self._tight = True
             if not item.blocks or not isinstance(item.blocks[0], Paragraph):
-                self._alone(left + own, right, words)
+                at, segments, marks = self._find_place(words, left + own, right), list[Segment](), list[Mark]()
+                self._put_label(self._label, at, segments, marks)
+                self._label = None
+                self._add(at, segments, words, marks)
             first, rest = item.blocks[:1], item.blocks[1:]
             self.blocks(first, left + own, right)
             self._tight = block.tight
@@ -378,14 +381,6 @@ class _Flow:
         if not outer:
             self._space(_BELOW["list"])
 
-    def _alone(self, left: float, right: float, words: Sequence[LetterWord]) -> None:
-        """A row that has nothing but the label of an item."""
-        at, segments, marks = self._at(words, left, right), list[Segment](), list[Mark]()
-        if self._label is not None:
-            self._before(self._label, at, segments, marks)
-        self._label = None
-        self._add(at, segments, words, marks)
-
     def _words(self, paragraph: Paragraph) -> tuple[LetterWord, ...]:
         lines = self._lines.get(self._number[id(paragraph)], [])
         return tuple(lines[0]) if lines else ()
@@ -393,7 +388,7 @@ class _Flow:
     def _rule(self, rule: DrawnRule, left: float, right: float) -> None:
         self._space(_ABOVE["rule"])
         self._keep(2 * self._usual)  # it parts two things, and stands with what follows
-        at = self._at((), left, right)
+        at = self._find_place((), left, right)
         share = {"wide": 1.0, "short": 0.38, "flourish": 0.3}[rule.kind]
         length = at.width * share * math.exp(float(self._rng.normal(0.0, 0.06 * self._jitter)) if share < 1 else 0.0)
         begin = at.x + 0.5 * (at.width - length)
@@ -438,13 +433,13 @@ class _Flow:
         )
         self._page.pictures.append(Pasted(picture.path, x, top, width, height))
         if alone:
-            self._below(top + height)
+            self._go_below(top + height)
         else:
             self._page.taken.append(
                 (x - beside, top - 0.4 * self._xh, x + width + beside, top + height + 0.6 * self._xh)
             )
 
-    def _below(self, y: float) -> None:
+    def _go_below(self, y: float) -> None:
         """What comes next stands below y mm."""
         self._last, self._pitch, self._gap = y + 0.1 * self._usual, self._usual, 0.0
 
@@ -463,7 +458,7 @@ class _Flow:
             wander = 1.5 * self._xh * abs(float(self._rng.normal(0.0, self._jitter)))
             x = self._frame.left + left + min(spare + wander, max(room - wide, 0.0))
             self._page.signatures.append(Pasted(block.name, x, top, wide, high, block.ink, len(self._page.rows)))
-            self._below(top + high)
+            self._go_below(top + high)
         self._tight, self._side = True, block.side
         self.blocks(block.blocks, left, right)
         self._tight, self._side = False, None
@@ -473,10 +468,12 @@ class _Flow:
         self._clear()
         cells = [[self._lines.get(self._number[id(cell)], []) for cell in row] for row in block.rows]
         gap, size = _COLUMN_GAP * block.manner.size * self._xh, block.manner.size
-        starts, widths = self._columns(block, cells, self._narrowest() - left - right, gap)
+        # room between the margins of a page that comes, too
+        narrowest = self._frame.width if self._boxed else min(self._frame.width, self._setting.following.width)
+        starts, widths = self._columns(block, cells, narrowest - left - right, gap)
         end, voice = starts[-1] + widths[-1], voice_of(block.manner)
         page, x, top = self._page, 0.0, math.inf  # of the part of the table that is on a page
-        rows = [[self._broken(lines, width) for lines, width in zip(row, widths, strict=True)] for row in cells]
+        rows = [[self._break_cell(lines, width) for lines, width in zip(row, widths, strict=True)] for row in cells]
         depths = [max(1, *map(len, broken)) for broken in rows] + [0]
         for number, (broken, paragraphs, deep) in enumerate(zip(rows, block.rows, depths, strict=False)):
             sides = [paragraph.side or "left" for paragraph in paragraphs]
@@ -497,10 +494,6 @@ class _Flow:
         self._rule_columns(page, x, (starts, gap), top, voice)
         self._space(_BELOW["table"])
 
-    def _narrowest(self) -> float:
-        """Room between the margins of a page that comes, mm."""
-        return self._frame.width if self._boxed else min(self._frame.width, self._setting.following.width)
-
     def _table_row(
         self,
         cells: Sequence[Sequence[tuple[Sequence[LetterWord], Sequence[float]]]],
@@ -512,7 +505,7 @@ class _Flow:
         """Place the lines of some cells that stand so deep in them."""
         some = [k for k, lines in enumerate(cells) if depth < len(lines)]
         words = [word for k in some for word in cells[k][depth][0]]
-        at = self._at(words, *indent)
+        at = self._find_place(words, *indent)
         starts, widths = columns
         segments = [
             Segment(at.x + starts[k], widths[k], tuple(cells[k][depth][0]), tuple(cells[k][depth][1]), sides[k])
@@ -546,7 +539,7 @@ class _Flow:
                 "({size=0.8} in a line before it) or a larger page.",
                 DoesNotFit,
             )
-        widths = _shared(natural, least, room)
+        widths = _share_room(natural, least, room)
         left = max(room - sum(widths), 0.0) / len(widths)
         # who rules columns by eye leaves one a little wider than it had to be
         eased = [width + min(left, 0.5 * gap * abs(float(self._rng.normal(0.0, self._jitter)))) for width in widths]
@@ -556,7 +549,7 @@ class _Flow:
     def _width(self, words: Sequence[LetterWord]) -> float:
         return extent(words, gaps_of(words)) * self._xh
 
-    def _broken(
+    def _break_cell(
         self, lines: Sequence[Sequence[LetterWord]], width: float
     ) -> list[tuple[Sequence[LetterWord], Sequence[float]]]:
         """The lines of a cell, broken into rows of so many mm."""
@@ -564,7 +557,7 @@ class _Flow:
         for line in lines:
             rest = line
             while rest:
-                count, gaps = self._filled(rest, width)
+                count, gaps = self._fill_row(rest, width)
                 rows.append((rest[:count], gaps))
                 rest = rest[count:]
         return rows
@@ -594,10 +587,10 @@ class _Flow:
         here = self._frame.top if self._last is None else self._last
         lower = [rect[3] for rect in self._page.taken if rect[3] > here]
         if lower and not self._boxed:
-            self._below(max(lower))
+            self._go_below(max(lower))
 
 
-def _shared(natural: Sequence[float], least: Sequence[float], room: float) -> list[float]:
+def _share_room(natural: Sequence[float], least: Sequence[float], room: float) -> list[float]:
     """Widths of columns that share some room: as what they hold, but none wider than it must be for the others."""
     low, high = 0.0, max(natural)
     if sum(natural) > room:
@@ -607,10 +600,6 @@ def _shared(natural: Sequence[float], least: Sequence[float], room: float) -> li
             low, high = (low, middle) if wide else (middle, high)
         high = low
     return [max(min(a, high), b) + 1e-6 for a, b in zip(natural, least, strict=True)]
-
-
-def _sizes(lines: Sequence[Sequence[LetterWord]]) -> list[float]:
-    return [word.scale for line in lines for word in line]
 
 
 def _clusters(words: Sequence[LetterWord]) -> Iterator[list[LetterWord]]:

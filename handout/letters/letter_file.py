@@ -10,7 +10,6 @@ import difflib
 import re
 import tomllib
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from itertools import accumulate, zip_longest
@@ -50,7 +49,7 @@ from handout.letters.document import (
     blocks_in,
 )
 from handout.tables import convert_table, parse_table
-from handout.writing.text import unseen
+from handout.writing.text import find_unseen
 
 MOST_TEXT = 200_000  # characters: a hundred pages; a longer file is surely no letter
 _MOST_NESTED = 12  # blocks within blocks; set by eye: each list stands further in than the one around it
@@ -113,7 +112,7 @@ def load(
         raise InputError(
             f"{name} is {len(source)} characters long; letters have {MOST_TEXT} at most: write it in parts."
         )
-    letter = _Reader(name, folder, alone).letter(source)
+    letter = _LetterReader(name, folder, alone).letter(source)
     if alone:
         _check_alone(letter)
     return letter
@@ -149,11 +148,6 @@ def _markdown() -> MarkdownIt:
     return markdown
 
 
-def _quoted(text: str) -> str:
-    """The values of attributes in quotes, which those with a # or a point in them need."""
-    return _BRACES.sub(lambda braces: _BARE_VALUE.sub(r'\1="\2"', braces.group()), text)
-
-
 @dataclass
 class _Given:
     """The attributes of a block or span, checked."""
@@ -167,7 +161,7 @@ class _Given:
 
 
 @dataclass
-class _Reader:
+class _LetterReader:
     """Reads one letter.
 
     line : of the source that is being read; verse : whether every line of the source is a line of the letter.
@@ -190,7 +184,9 @@ class _Reader:
         if text.count("[") > _MOST_BRACKETS:
             raise InputError(f"{self.name} has more than {_MOST_BRACKETS} brackets [: no letter has.")
         # the parser of containers looks one character past a last line that ends in "> " and no newline
-        tokens = _markdown().parse(_quoted(text) + "\n", environment)
+        # the values of attributes in quotes, which those with a # or a point in them need
+        quoted = _BRACES.sub(lambda braces: _BARE_VALUE.sub(r'\1="\2"', braces.group()), text)
+        tokens = _markdown().parse(quoted + "\n", environment)
         self._check_nesting(tokens)
         nodes = SyntaxTreeNode(tokens).children
         for label, reference in environment.get("references", {}).items():
@@ -202,7 +198,7 @@ class _Reader:
             raise self._wrong("the head that begins here is not closed: put a line --- behind it, or *** for a rule.")
         for number, line in enumerate(self.lines, 1):
             self.line = number
-            if names := [each.letter for each in unseen(line)]:
+            if names := [each.letter for each in find_unseen(line)]:
                 self._drop(f"what is invisible is not written: {', '.join(names)}")
         self.boxes = frozenset(head.box)
         blocks = self._blocks(nodes, SpanManner())
@@ -280,34 +276,34 @@ class _Reader:
             case "bullet_list" | "ordered_list":
                 return [self._list(node, manner, depth)]
             case "hr":
-                given = self._given(_attrs(node), SpanManner(), ("page",), ("ink",))
+                given = self._read_attributes(_attrs(node), SpanManner(), ("page",), ("ink",))
                 return [DrawnRule(_RULES[node.markup[0]], line, given.manner.ink, given.new_page)]
             case "table":
                 return [self._table(node, manner)]
             case "blockquote":
-                given = self._given(_attrs(node), manner, ("page",))
+                given = self._read_attributes(_attrs(node), manner, ("page",))
                 return [Quote(self._blocks(node.children, given.manner, depth + 1), line, given.new_page)]
             case _:
                 return self._container(node, manner, depth)
 
     def _paragraph(self, node: SyntaxTreeNode, manner: SpanManner) -> Paragraph:
         line, level = self.line, int(node.tag[1]) if node.type == "heading" else 0
-        given = self._given(_attrs(node), manner, ("left", "right", "centre", "center", "page", "date", "ps"))
+        given = self._read_attributes(_attrs(node), manner, ("left", "right", "centre", "center", "page", "date", "ps"))
         manner = given.manner
         if level:
-            manner = self._sized(manner, _SIZES[level - 1])
+            manner = self._size_span(manner, _SIZES[level - 1])
         if given.kind == "date":
-            return self._dated(Paragraph(self._spans(node, manner), line, given.side, new_page=given.new_page))
+            return self._date_paragraph(Paragraph(self._spans(node, manner), line, given.side, new_page=given.new_page))
         kind: Literal["text", "postscript"] = "postscript" if given.kind == "ps" else "text"
         return Paragraph(self._spans(node, manner), line, given.side, level, kind, given.new_page)
 
-    def _dated(self, paragraph: Paragraph) -> Paragraph:
+    def _date_paragraph(self, paragraph: Paragraph) -> Paragraph:
         return replace(paragraph, kind="date", side=paragraph.side or "right")
 
     def _list(self, node: SyntaxTreeNode, manner: SpanManner, depth: int) -> List:
         line = self.line
         own = {name: value for name, value in _attrs(node).items() if name != "start"}
-        given = self._given(own, manner, ("page",))
+        given = self._read_attributes(own, manner, ("page",))
         first = int(node.attrs.get("start", 1)) if node.type == "ordered_list" else 0
         items = []
         for number, child in enumerate(node.children, first):
@@ -322,7 +318,7 @@ class _Reader:
 
     def _table(self, node: SyntaxTreeNode, manner: SpanManner) -> TableBlock:
         line = self.line
-        given = self._given(_attrs(node), manner, ("page",))
+        given = self._read_attributes(_attrs(node), manner, ("page",))
         rows = []
         for part in node.children:
             for row in part.children:
@@ -338,14 +334,16 @@ class _Reader:
     def _picture(self, node: SyntaxTreeNode) -> PictureRoom:
         image = node.children[0].children[0]
         own = {name: value for name, value in _attrs(image).items() if name not in ("src", "alt", "title")}
-        given = self._given(own, SpanManner(), ("left", "right", "centre", "center", "page"), ("width",))
+        given = self._read_attributes(own, SpanManner(), ("left", "right", "centre", "center", "page"), ("width",))
         source = str(image.attrs["src"])
         path = (self.folder or Path()) / source
         if self.folder is None or (self.alone and not (atomic.PLAIN_NAME.fullmatch(source) and path.is_file())):
             raise self._wrong(f"this letter stands alone, and no picture {source!r} was sent with it.")
         if not path.is_file():
             raise self._wrong(f"there is no picture {path}.")
-        more = self._given(_attrs(node), SpanManner(), ("left", "right", "centre", "center", "page"), ("width",))
+        more = self._read_attributes(
+            _attrs(node), SpanManner(), ("left", "right", "centre", "center", "page"), ("width",)
+        )
         side = given.side or more.side or "centre"
         return PictureRoom(path, self.line, given.width or more.width, side, given.new_page or more.new_page)
 
@@ -353,16 +351,17 @@ class _Reader:
         line, (kind, _, name) = self.line, node.info.strip().partition(" ")
         self._check_container(node, kind)
         places = (*_SIDES, "page") if kind == "signature" else ("page",)
-        given = self._given(_attrs(node), manner, places)
-        with self._as_verse():
-            inner = given.manner if kind != "signature" else replace(given.manner, size=manner.size)
-            blocks = self._blocks(node.children, inner, depth + 1)
+        given = self._read_attributes(_attrs(node), manner, places)
+        inner = given.manner if kind != "signature" else replace(given.manner, size=manner.size)
+        before, self.verse = self.verse, True  # lines of the source are lines of the letter, as in an address
+        blocks = self._blocks(node.children, inner, depth + 1)
+        self.verse = before
         if kind == "signature":
             size = given.manner.size / manner.size
             side = given.side or "left"
             return [Signature(name.strip(), blocks, line, side, size, given.manner.ink, given.new_page)]
         if kind == "date":
-            return [self._dated(block) if isinstance(block, Paragraph) else block for block in blocks]
+            return [self._date_paragraph(block) if isinstance(block, Paragraph) else block for block in blocks]
         if kind == "ps":
             return [replace(b, kind="postscript") if isinstance(b, Paragraph) else b for b in blocks]
         if depth:
@@ -375,16 +374,9 @@ class _Reader:
         known = (*_CONTAINERS, *sorted(self.boxes))
         if kind not in known:
             raise self._wrong(
-                f"::: {kind} names no box of the head, nor {', '.join(_CONTAINERS)}{_near(kind, known)}; a box "
+                f"::: {kind} names no box of the head, nor {', '.join(_CONTAINERS)}{_nearest_name(kind, known)}; a box "
                 f"is a table [box.{kind or 'address'}] of the head with x, y, w and h."
             )
-
-    @contextmanager
-    def _as_verse(self) -> Iterator[None]:
-        """Lines of the source are lines of the letter, as in an address."""
-        before, self.verse = self.verse, True
-        yield
-        self.verse = before
 
     # Spans
 
@@ -398,8 +390,8 @@ class _Reader:
             match node.type:
                 case "text":
                     # attributes that this begins with are of the emphasis before it
-                    begin = _behind(node)[0] if before is not None and before.type in _EMPHASIS else 0
-                    yield TextSpan(self._checked(node.content[begin:]), manner, self.line)
+                    begin = _leading_attributes(node)[0] if before is not None and before.type in _EMPHASIS else 0
+                    yield TextSpan(self._check_text(node.content[begin:]), manner, self.line)
                 case "text_special":
                     yield TextSpan(node.content, manner, self.line)
                 case "softbreak" | "hardbreak":
@@ -407,8 +399,8 @@ class _Reader:
                     yield TextSpan("\n" if hard else " ", manner, self.line)
                     self.line += 1
                 case "em" | "strong" | "s" | "span":
-                    attrs = _attrs(node) if node.type == "span" else _behind(following)[1]
-                    yield from self._inline(node.children, self._emphasised(node.type, attrs, manner))
+                    attrs = _attrs(node) if node.type == "span" else _leading_attributes(following)[1]
+                    yield from self._inline(node.children, self._emphasise_span(node.type, attrs, manner))
                 case "link":
                     self._drop(f"the address of the link, {node.attrs.get('href', '')}, is not written")
                     yield from self._inline(node.children, manner)
@@ -420,7 +412,7 @@ class _Reader:
                     raise self._wrong(f"{_REFUSED.get(node.type, f'{node.type} cannot be written')}.")
             before = node
 
-    def _checked(self, text: str) -> str:
+    def _check_text(self, text: str) -> str:
         """Text without signs that were meant to open something."""
         if "{{" in text or "{%" in text:
             raise self._wrong(
@@ -438,12 +430,12 @@ class _Reader:
 
     # Attributes
 
-    def _emphasised(self, kind: str, attrs: Mapping[str, Any], manner: SpanManner) -> SpanManner:
-        given = self._given(attrs, manner, tuple(_UNDERLINES))
+    def _emphasise_span(self, kind: str, attrs: Mapping[str, Any], manner: SpanManner) -> SpanManner:
+        given = self._read_attributes(attrs, manner, tuple(_UNDERLINES))
         underline = given.underline or _USUAL_UNDERLINE.get(kind, "")
         return replace(given.manner, underline=underline or manner.underline, struck=given.manner.struck or kind == "s")
 
-    def _given(
+    def _read_attributes(
         self, attrs: Mapping[str, Any], manner: SpanManner, classes: Sequence[str], keys: Sequence[str] = _KEYS
     ) -> _Given:
         """What attributes say, of those that may stand here."""
@@ -454,7 +446,7 @@ class _Reader:
                     self._class(name, given, classes)
             elif key not in keys:
                 raise self._wrong(
-                    f"the attribute {key} says nothing here{_near(key, keys)}; {_listed(keys)} may stand."
+                    f"the attribute {key} says nothing here{_nearest_name(key, keys)}; {_list_names(keys)} may stand."
                 )
             else:
                 self._value(key, str(value), given)
@@ -463,7 +455,9 @@ class _Reader:
     def _class(self, name: str, given: _Given, classes: Sequence[str]) -> None:
         if name not in classes:
             some = [f".{each}" for each in classes if each != "center"]
-            raise self._wrong(f".{name} says nothing here{_near(name, classes)}; {_listed(some)} may stand.")
+            raise self._wrong(
+                f".{name} says nothing here{_nearest_name(name, classes)}; {_list_names(some)} may stand."
+            )
         if name in _SIDES:
             given.side = _SIDES[name]
         elif name in _UNDERLINES:
@@ -479,7 +473,9 @@ class _Reader:
             if key == "size":
                 factor = float(value)
             elif key == "ink":
-                given.manner = replace(given.manner, ink=_six_digits(colour_code(value)))
+                digits = colour_code(value).removeprefix("#").lower()
+                digits = digits if len(digits) == 6 else "".join(2 * digit for digit in digits)
+                given.manner = replace(given.manner, ink=f"#{digits}")
             elif key == "hand":
                 given.manner = replace(given.manner, hand=value)
             else:
@@ -488,9 +484,9 @@ class _Reader:
             raise self._wrong(f"size={value} is no number, such as 1.3.") from error
         except InputError as error:
             raise self._wrong(str(error)) from error
-        given.manner = self._sized(given.manner, factor)
+        given.manner = self._size_span(given.manner, factor)
 
-    def _sized(self, manner: SpanManner, factor: float) -> SpanManner:
+    def _size_span(self, manner: SpanManner, factor: float) -> SpanManner:
         size = manner.size * factor
         if not LEAST_SIZE <= size <= MOST_SIZE:  # nan, too
             raise self._wrong(f"size: letters {size:g} times as large are outside {LEAST_SIZE:g} to {MOST_SIZE:g}.")
@@ -515,7 +511,7 @@ def _attrs(node: SyntaxTreeNode) -> dict[str, Any]:
     return {**node.attrs, **node.meta.get("insecure_attrs", {})}
 
 
-def _behind(node: SyntaxTreeNode | None) -> tuple[int, Mapping[str, Any]]:
+def _leading_attributes(node: SyntaxTreeNode | None) -> tuple[int, Mapping[str, Any]]:
     """The attributes that a text begins with, and how long they are."""
     if node is None or node.type != "text" or not node.content.startswith("{"):
         return 0, {}
@@ -526,15 +522,10 @@ def _behind(node: SyntaxTreeNode | None) -> tuple[int, Mapping[str, Any]]:
     return end + 1, attrs
 
 
-def _six_digits(colour: str) -> str:
-    digits = colour.removeprefix("#").lower()
-    return "#" + (digits if len(digits) == 6 else "".join(2 * digit for digit in digits))
-
-
-def _near(name: str, known: Sequence[str]) -> str:
+def _nearest_name(name: str, known: Sequence[str]) -> str:
     similar = difflib.get_close_matches(name, known, 1)
     return f" (did you mean {similar[0]}?)" if similar else ""
 
 
-def _listed(names: Sequence[str]) -> str:
+def _list_names(names: Sequence[str]) -> str:
     return ", ".join(names) if names else "none"

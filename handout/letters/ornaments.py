@@ -40,7 +40,7 @@ class Ornaments:
 
     def underline(self, kind: Underline, left: float, right: float) -> list[Array]:
         """Strokes (n, 2) under words whose ink goes from `left` to `right`."""
-        y = _FIRST_UNDER + self._off(_UNDER_SD)
+        y = _FIRST_UNDER + self._draw_offset(_UNDER_SD)
         if kind == "wavy":
             return [self._wave(left, right, y - _SWING[1])]
         first = self._line(left, right, y)
@@ -50,34 +50,36 @@ class Ornaments:
 
     def bullet(self, kind: str) -> list[Array]:
         """Strokes of the mark before an item, about x = 0: a dash, a dot or a small ring."""
-        height, size = 0.52 + self._off(0.05), math.exp(self._off(0.14))
+        height, size = 0.52 + self._draw_offset(0.05), math.exp(self._draw_offset(0.14))
         if kind == "dash":
-            half, slope = 0.36 * size, self._off(0.07)
+            half, slope = 0.36 * size, self._draw_offset(0.07)
             x = np.linspace(-half, half, 3)
-            return [np.column_stack([x, height + slope * x + self._off(0.03) * (1 - (x / half) ** 2)])]
+            return [np.column_stack([x, height + slope * x + self._draw_offset(0.03) * (1 - (x / half) ** 2)])]
         radius, turns = (0.13, 1.9) if kind == "dot" else (0.24, 1.12)
-        begin, squash = self._rng.uniform(0.2, 1.4), 1 + self._off(0.12)
+        begin, squash = self._rng.uniform(0.2, 1.4), 1 + self._draw_offset(0.12)
         angle = begin + np.linspace(0, 2 * math.pi * turns, 12 if kind == "dot" else 10)
         # a dot is rubbed in towards its middle, a ring is closed roughly
-        shrink = np.linspace(1.0, 0.2 if kind == "dot" else 1 + self._off(0.08), len(angle))
+        shrink = np.linspace(1.0, 0.2 if kind == "dot" else 1 + self._draw_offset(0.08), len(angle))
         ring = size * radius * shrink[:, None] * np.column_stack([np.cos(angle) * squash, np.sin(angle)])
-        return [ring + np.array([self._off(0.06), height])]
+        return [ring + np.array([self._draw_offset(0.06), height])]
 
     def rule(self, left: float, right: float, kind: str) -> list[Array]:
         """Strokes of a line from `left` to `right`, or of a flourish between them."""
         if kind == "flourish":
             return [self._flourish(left, right)]
-        return [self.ruled(np.array([left, 0.3]), np.array([right, 0.3]))]
+        return [self.rule_line(np.array([left, 0.3]), np.array([right, 0.3]))]
 
-    def ruled(self, start: Array, end: Array) -> Array:
+    def rule_line(self, start: Array, end: Array) -> Array:
         """A long line between two places (2,), drawn without a ruler: neither quite straight nor quite there."""
         along = end - start
         length = float(np.hypot(*along))
         across = np.array([-along[1], along[0]]) / max(length, 1e-9)
         u = np.linspace(0, 1, max(4, round(length / (2.2 * _STEP)) + 1))
-        away = self._off(_RULE_RISE) * length * (u - 0.5) + self._off(0.004 * length + 0.04) * 4 * u * (1 - u)
+        away = self._draw_offset(_RULE_RISE) * length * (u - 0.5) + self._draw_offset(0.004 * length + 0.04) * 4 * u * (
+            1 - u
+        )
         away = away + self._smooth(len(u)) * _LONG_TREMBLE
-        miss = self._off(0.18), self._off(0.18)
+        miss = self._draw_offset(0.18), self._draw_offset(0.18)
         begin, over = start - along / max(length, 1e-9) * miss[0], end + along / max(length, 1e-9) * miss[1]
         return np.asarray(begin + u[:, None] * (over - begin) + away[:, None] * across)
 
@@ -91,9 +93,9 @@ class Ornaments:
         loops = max(3, round((right - left) / 1.7))
         t = np.linspace(0, loops, 8 * loops + 1)
         u = t / loops
-        swell = np.sin(np.pi * u) ** 1.5 * math.exp(self._off(0.1))
+        swell = np.sin(np.pi * u) ** 1.5 * math.exp(self._draw_offset(0.1))
         angle = 2 * math.pi * t
-        lean = self._off(0.1)
+        lean = self._draw_offset(0.1)
         x = left + (right - left) * u - 0.62 * swell * np.sin(angle)
         y = 0.45 + 0.62 * swell * (np.cos(angle) - 0.4) + 0.05 * self._smooth(len(t))
         return np.column_stack([x + lean * y, y])
@@ -102,7 +104,7 @@ class Ornaments:
         a, b = self._ends(left, right)
         x = np.linspace(a, b, max(3, round((b - a) / _STEP) + 1))
         u = (x - a) / (b - a)
-        away = self._off(_BOW) * 4 * u * (1 - u) + _TREMBLE * self._smooth(len(x))
+        away = self._draw_offset(_BOW) * 4 * u * (1 - u) + _TREMBLE * self._smooth(len(x))
         return np.column_stack([x, y + self._slope(a, b) * (x - (a + b) / 2) + away])
 
     def _wave(self, left: float, right: float, y: float) -> Array:
@@ -120,7 +122,7 @@ class Ornaments:
 
     def _slope(self, a: float, b: float) -> float:
         most = 2 * _MOST_RISE / (b - a)
-        return float(np.clip(self._off(_SLOPE_SD), -most, most))
+        return float(np.clip(self._draw_offset(_SLOPE_SD), -most, most))
 
-    def _off(self, deviation: float) -> float:
+    def _draw_offset(self, deviation: float) -> float:
         return float(self._rng.normal(0.0, deviation * self._jitter))

@@ -11,7 +11,7 @@ from typing import NamedTuple
 from handout.letters.document import LetterFile, Side, SpanManner
 from handout.letters.runs import LetterWord, Runs, Writer
 from handout.writing.layout import Layout
-from handout.writing.pages import squeezed
+from handout.writing.pages import squeeze_gaps
 
 
 class Voice(NamedTuple):
@@ -119,7 +119,7 @@ class LetterSetting:
     sizes: Mapping[str | Path, tuple[float, float]] = field(default_factory=dict)
     pages: int | None = None
 
-    def scaled(self, scale: float) -> LetterSetting:
+    def scale_letters(self, scale: float) -> LetterSetting:
         """The same in smaller letters."""
 
         def smaller(layout: Layout) -> Layout:
@@ -135,4 +135,4 @@ def voice_of(manner: SpanManner) -> Voice:
 
 def gaps_of(words: Sequence[LetterWord]) -> tuple[float, ...]:
     """The gaps before some words, with nothing narrowed."""
-    return tuple(squeezed(words, math.inf, 0.0) or ())
+    return tuple(squeeze_gaps(words, math.inf, 0.0) or ())

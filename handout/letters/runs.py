@@ -85,7 +85,7 @@ class Runs:
     paragraphs: tuple[Paragraph, ...]
     name: str
 
-    def of(self, hand: str) -> list[Run]:
+    def of_hand(self, hand: str) -> list[Run]:
         """Those of a hand."""
         return [run for run in self.runs if run.hand == hand]
 
@@ -96,11 +96,11 @@ class Runs:
 
     def text(self, hand: str) -> str:
         """All that a hand writes, a run a line."""
-        return "\n".join("".join(span.text for span in run.spans) for run in self.of(hand))
+        return "\n".join("".join(span.text for span in run.spans) for run in self.of_hand(hand))
 
-    def located(self, hand: str, message: str) -> str:
+    def locate_message(self, hand: str, message: str) -> str:
         """A message about places in the text of a hand, which names the lines of the letter instead."""
-        runs = self.of(hand)
+        runs = self.of_hand(hand)
 
         def line(match: re.Match[str]) -> str:
             run, at = runs[int(match.group(1)) - 1], int(match.group(2))
@@ -134,7 +134,7 @@ def _runs(number: int, paragraph: Paragraph, may_slip: bool) -> Iterator[Run]:
             own = list(group)
             text = "".join(span.text for span in own)
             if text.strip():
-                yield Run(number, line, hand, _stripped(own), spaced or text[0].isspace(), may_slip)
+                yield Run(number, line, hand, _strip_spans(own), spaced or text[0].isspace(), may_slip)
             spaced = text[-1:].isspace() or (spaced and not text.strip())
 
 
@@ -150,7 +150,7 @@ def _lines(spans: Sequence[TextSpan]) -> Iterator[list[TextSpan]]:
     yield line
 
 
-def _stripped(spans: Sequence[TextSpan]) -> tuple[TextSpan, ...]:
+def _strip_spans(spans: Sequence[TextSpan]) -> tuple[TextSpan, ...]:
     """Spans without the spaces at both ends of them all."""
     own = [span for span in spans if span.text]
     while own and not own[0].text.strip():
@@ -189,7 +189,7 @@ class WriterOptions:
     rewrites: Rewrites = NO_REWRITES
 
 
-def written(
+def write_runs(
     runs: Runs,
     name: str,
     hand: Hand | ScannedHand,
@@ -202,12 +202,12 @@ def written(
     slip_stream = rng.spawn(1)[0] if options.slips else None
     streams = (rng, rng.spawn(1)[0])
     writer = handwriting(hand, streams, options.jitter, options.rewrites)
-    own, ratio = runs.of(name), options.x_height / options.usual
+    own, ratio = runs.of_hand(name), options.x_height / options.usual
     if not own:
         return Writer(hand, writer, ratio, ())
     spans = _spans(own)
     paragraphs = paragraphs_of(runs.text(name), writer.repertoire, fallback=options.fallback)
-    parted = [list(_parted(pieces, spans)) for pieces in paragraphs]
+    parted = [list(_part_pieces(pieces, spans)) for pieces in paragraphs]
     if slip_stream is not None:
         parted = [
             next(slip([pieces], options.slips, slip_stream)) if run.may_slip else pieces
@@ -234,7 +234,7 @@ def _spans(runs: Sequence[Run]) -> list[TextSpan]:
     return of_graphemes
 
 
-def _parted(pieces: Sequence[Piece], spans: Sequence[TextSpan]) -> Iterator[Piece]:
+def _part_pieces(pieces: Sequence[Piece], spans: Sequence[TextSpan]) -> Iterator[Piece]:
     """Pieces, cut where the ink or the size changes: another pen, or another movement, is begun there."""
     for piece in pieces:
         if isinstance(piece, int):

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from handout.errors import DoesNotFit
-from handout.letters.flow import flowed
+from handout.letters.flow import flow_letter
 from handout.letters.ornaments import Ornaments
 from handout.letters.rows import FlowPage, LetterSetting, Mark, Pasted, Segment, SetRow, Voice, voice_of
 from handout.letters.runs import LetterWord
@@ -54,10 +54,10 @@ def set_letter(
     layout = setting.first
     scales = np.linspace(1.0, SMALLEST_FIT, 19) if layout.fit else np.ones(1)
     for scale in scales.tolist():
-        smaller = setting if scale == 1.0 else setting.scaled(scale)
+        smaller = setting if scale == 1.0 else setting.scale_letters(scale)
         flow_rng, rng = np.random.default_rng(seed).spawn(2)
         try:
-            pages = flowed(smaller, lines, flow_rng)
+            pages = flow_letter(smaller, lines, flow_rng)
         except DoesNotFit:
             if scale == scales[-1]:
                 raise
@@ -67,7 +67,7 @@ def set_letter(
 
 
 @dataclass(frozen=True)
-class _Run:
+class _MarkedRun:
     """Glyphs of neighbouring words of a row under or through which something is drawn.
 
     left, right : its ends, mm; most : how far what is drawn may go on; last : the word that it ends with.
@@ -172,14 +172,14 @@ class _Placing:
 
     def _segment(self, segment: Segment, edge: float, to_page: ToPage) -> list[tuple[Voice, Placed]]:
         scale = self._xh
-        starts, x = [], segment.x + scale * self._left(segment, edge)
+        starts, x = [], segment.x + scale * self._find_left(segment, edge)
         for word, gap in zip(segment.words, segment.gaps, strict=True):
             x += gap * scale
             starts.append(x)
             x += word.word.advance * scale
-        runs = list(_marked(segment.words, starts, scale))
+        runs = list(_find_marked(segment.words, starts, scale))
         numbers = []
-        marks: list[tuple[_Run, int]] = []
+        marks: list[tuple[_MarkedRun, int]] = []
         for i in range(len(segment.words)):
             numbers.append(self._take())
             marks += [(run, self._take()) for run in runs if run.last == i]
@@ -193,7 +193,7 @@ class _Placing:
             placed += [(voice, replace(glyph, word=numbers[own[glyph.word]])) for glyph in glyphs]
         for i, word in enumerate(segment.words):
             if word.intended is not None:
-                placed.append(self._struck(word, starts[i], numbers[i], segment, to_page))
+                placed.append(self._strike_slip(word, starts[i], numbers[i], segment, to_page))
         for run, number in marks:
             word = segment.words[run.last]
             size = scale * word.scale
@@ -203,7 +203,7 @@ class _Placing:
             strokes = self._strikes.strokes(left, right) if struck else self._ornaments.underline(kind, left, right)
             for points in strokes:  # the next word is not marked
                 points[:, 0] = np.minimum(points[:, 0], max(run.most / size, left + 0.3))
-            drawn = _drawn([points * size for points in strokes], number, word.written.at[-1], to_page)
+            drawn = _place_strokes([points * size for points in strokes], number, word.written.at[-1], to_page)
             placed.append((voice_of(word.manner), drawn))
         return sorted(placed, key=lambda pair: pair[1].word)
 
@@ -212,7 +212,7 @@ class _Placing:
         self._words += 1
         return self._words - 1
 
-    def _struck(
+    def _strike_slip(
         self, word: LetterWord, start: float, number: int, segment: Segment, to_page: ToPage
     ) -> tuple[Voice, Placed]:
         """The strokes through a slip of the pen, which stay within the column."""
@@ -222,20 +222,20 @@ class _Placing:
         strokes = [stroke * size + (start, 0.0) for stroke in self._strikes.strokes(left, right)]
         for points in strokes:
             points[:, 0] = np.clip(points[:, 0], low, high)
-        return voice_of(word.manner), _drawn(strokes, number, word.written.at[-1], to_page)
+        return voice_of(word.manner), _place_strokes(strokes, number, word.written.at[-1], to_page)
 
     def _mark(self, mark: Mark, to_page: ToPage) -> Placed:
         size = self._xh * mark.voice.size
         (x, y), (end, lower) = mark.start, mark.end
         if mark.kind == "ruled":
-            strokes = [self._ornaments.ruled(np.array([x, -y]) / size, np.array([end, -lower]) / size)]
+            strokes = [self._ornaments.rule_line(np.array([x, -y]) / size, np.array([end, -lower]) / size)]
         elif mark.kind in ("short", "wide", "flourish"):
             strokes = self._ornaments.rule(x / size, end / size, mark.kind)
         else:
             strokes = [stroke + np.array([x / size, 0.0]) for stroke in self._ornaments.bullet(mark.kind)]
-        return _drawn([stroke * size for stroke in strokes], self._take(), mark.at, to_page)
+        return _place_strokes([stroke * size for stroke in strokes], self._take(), mark.at, to_page)
 
-    def _left(self, segment: Segment, edge: float) -> float:
+    def _find_left(self, segment: Segment, edge: float) -> float:
         """Where a row begins, usual x-heights from the left end of its column."""
         spare = segment.width / self._xh - extent(segment.words, segment.gaps)
         side = segment.side or self._setting.first.align
@@ -248,13 +248,13 @@ class _Placing:
         return min(max(wander, -0.12 if segment.side else -0.5), max(0.0, spare))
 
 
-def _drawn(strokes: Sequence[Array], number: int, at: int, to_page: ToPage) -> Placed:
+def _place_strokes(strokes: Sequence[Array], number: int, at: int, to_page: ToPage) -> Placed:
     """Strokes, mm over their baseline, as a word of no letters."""
     mark = Glyph("", (), (True,) * len(strokes), 0.0)
     return Placed(mark, tuple(map(to_page, strokes)), joined=False, word=number, at=at)
 
 
-def _marked(words: Sequence[LetterWord], starts: Sequence[float], scale: float) -> Iterator[_Run]:
+def _find_marked(words: Sequence[LetterWord], starts: Sequence[float], scale: float) -> Iterator[_MarkedRun]:
     """The runs of a row that are underlined, then those that are struck out."""
     for what in (lambda manner: manner.underline, lambda manner: "struck" if manner.struck else ""):
         glyphs = [
@@ -269,7 +269,7 @@ def _marked(words: Sequence[LetterWord], starts: Sequence[float], scale: float) 
                 right = max(glyph[3] for glyph in some)
                 behind = starts[last + 1] + scale * words[last + 1].word.left if last + 1 < len(words) else np.inf
                 most = min(right + 0.6 * (behind - right), behind - 0.2 * scale)
-                yield _Run(kind, min(glyph[2] for glyph in some), right, most, last)
+                yield _MarkedRun(kind, min(glyph[2] for glyph in some), right, most, last)
 
 
 def _text(words: Sequence[LetterWord]) -> str:

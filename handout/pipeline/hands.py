@@ -21,7 +21,7 @@ from handout.pipeline.results import SILENT, Delivery, Fact, Listener
 from handout.progress import narrow_reports
 from handout.sources import read_drawing
 from handout.tagging.page_sources import PageSource, gather_sources, tagged_pages
-from handout.tagging.page_tagging import TaggedPage, hand_of_pages, renumbered
+from handout.tagging.page_tagging import TaggedPage, hand_of_pages, renumber_glyph
 
 if TYPE_CHECKING:
     from handout.hand.scanned import ScannedHand
@@ -169,18 +169,18 @@ def read_more(
     if path is None:
         raise InputError(f"There is no hand {name!r} among your own: copy it first, or read one.")
     file.check(path)
-    if PendingLog(path).there():
+    if PendingLog(path).exists():
         keep_letters(str(path))
     known = file.load(path)
     keeping = any(page.scan is not None for page in known.pages)
     options = replace(options, ink_only=options.ink_only or not keeping)
     more = _read_pages(known.name, scans, (), _transcripts(texts, listener), None, options, listener)
     with atomic.hold_file(path, listener.say):  # as it is now: reading takes minutes
-        if PendingLog(path).there():
+        if PendingLog(path).exists():
             keep_letters(str(path))
         hand, corrected = file.load(path), file.journal(path).made
         first, pages = len(hand.glyphs), len(hand.pages)
-        glyphs = [renumbered(glyph, glyph.page + pages, first) for glyph in more.hand.glyphs]
+        glyphs = [renumber_glyph(glyph, glyph.page + pages, first) for glyph in more.hand.glyphs]
         joined = replace(hand, pages=(*hand.pages, *more.hand.pages), glyphs=(*hand.glyphs, *glyphs))
         file.save(joined, path)
         notes = (f"What was corrected in {hand.name} stays, and can no longer be undone.",) if corrected else ()
@@ -212,7 +212,7 @@ def _open_recordings(inks: Sequence[str], texts: Sequence[tuple[str, str]], list
     opened: list[RecordedPage] = []
     for ink, text in zip(inks, transcripts, strict=True):
         if svg_font.holds_font(Path(ink)):  # a recording of each of its letters
-            opened += font_specimen(ink, svg_font.read(Path(ink)))
+            opened += font_specimen(ink, svg_font.read_svg_font(Path(ink)))
         else:
             opened.append(RecordedPage(ink, read_drawing(ink), text))
     return [page_source(recording) for recording in recorded_pages(opened, listener.say)]

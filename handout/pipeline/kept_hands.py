@@ -19,7 +19,7 @@ from handout.errors import InputError
 from handout.hand import file, library, report
 from handout.hand.corrections import CorrectionJournal, JournalEntry, read_corrections
 from handout.hand.drawn import Hand
-from handout.hand.learnt import known
+from handout.hand.learnt import known_values
 from handout.hand.pending import PendingLog
 from handout.pipeline import texts
 from handout.pipeline.inputs import hand_path, output_path, read_bytes
@@ -189,7 +189,7 @@ def learn(path: Path) -> Mapping[str, Array]:
         hand = file.load(path)
         if hand.glyphs:
             file.keep_learnt(path, worked_out(hand))
-    return known(hand)
+    return known_values(hand)
 
 
 def worked_out(hand: ScannedHand) -> Mapping[str, Array]:
@@ -203,7 +203,7 @@ def worked_out(hand: ScannedHand) -> Mapping[str, Array]:
     index_glyphs(hand)
     layout_model(hand)
     WritingManner(hand)
-    return known(hand)
+    return known_values(hand)
 
 
 def _edited(name: str, output: str | Path | None) -> tuple[Path, Path]:
@@ -365,7 +365,7 @@ class HandList(Result):
 def list_hands() -> HandList:
     """The hands that are known by name, the program's and the user's own."""
     drawn = [_listed(library.load(name)) for name in library.names()]
-    return HandList(drawn, [_listed_scan(name, path) for name, path in library.scanned().items()])
+    return HandList(drawn, [_listed_scan(name, path) for name, path in library.scanned_files().items()])
 
 
 def listed_file(path: Path) -> ListedHand:
@@ -405,7 +405,7 @@ def show_hand(
     ----------
     text : of a scanned hand: show which of its letters would write this, and why.
     """
-    if name.endswith(file.SUFFIX) or name in library.scanned():
+    if name.endswith(file.SUFFIX) or name in library.scanned_files():
         return _show_scanned(file.load(library.scanned_file(name)), outputs, text, writing_options)
     if text is not None:
         raise InputError(f"--text shows how letters of a scanned hand are chosen, and {name} is a drawn one.")

@@ -136,7 +136,7 @@ def _desk(name: str, aligned: bool = True) -> _LetterDesk:
         on_disk = _state_of(path)
         hand, journal = file.load(path), file.journal(path)
         desk = _LetterDesk(path, on_disk, journal, _DeskState(hand, vet(hand).probability))
-        steps = desk.log.read(journal)
+        steps = desk.log.read_steps(journal)
         if not steps:
             _forget_log(desk)
     for step in steps:
@@ -391,11 +391,11 @@ def _make_and_keep(
 
 def _make(desk: _LetterDesk, new: tuple[AnyCorrection, ...]) -> tuple[str, ...]:
     """Make corrections on the desk, as they are; sentences to show the user."""
-    from handout.hand.corrections import applied
+    from handout.hand.corrections import apply_and_tell
     from handout.tagging.relearning import changes
 
     before = desk.state
-    made = applied(before.hand, new)
+    made = apply_and_tell(before.hand, new)
     desk.steps.append((JournalEntry(new, changes(before.hand, made.hand, made.removed)), before))
     # what was undone is over
     desk.journal = CorrectionJournal(desk.journal.entries[: desk.journal.made], desk.journal.made)
@@ -416,7 +416,7 @@ def _align(desk: _LetterDesk) -> None:
     for page in sorted(pages):
         aligner = desk.aligner(page)
         if aligner is not None:
-            renewed = aligner.aligned(before.hand, hand, page)
+            renewed = aligner.align_correction(before.hand, hand, page)
             hand = renewed.hand
             judged |= {(page, at): sure for at, sure in renewed.probability.items()}
     desk.steps[-1] = JournalEntry(entry.corrections, changes(before.hand, hand, removed)), before
@@ -519,14 +519,14 @@ def begin_learning(name: str, revision: str, copy: str) -> Facts:
 
 def learn_apart(copy: str, listener: Listener = SILENT) -> Facts:
     """Align the corrected pages of a copy anew, and judge all letters anew; how many changed."""
-    from handout.tagging.relearning import changes, realigned
+    from handout.tagging.relearning import changes, realign_page
 
     path = Path(copy)
     before = hand = file.load(path)
     pages = sorted({glyph.page for glyph in hand.glyphs if glyph.confirmed})
     for number, page in enumerate(pages):
         tell = narrow_reports(listener.progress, 0.8 * number / len(pages), 0.8 * (number + 1) / len(pages))
-        hand = realigned(hand, page, rng=np.random.default_rng((0, page)), tell=tell)
+        hand = realign_page(hand, page, rng=np.random.default_rng((0, page)), tell=tell)
     found = changes(before, hand)
     listener.progress(0.8, "judging the letters")
     if found:

@@ -22,7 +22,7 @@ from handout.hand.measures import ink_colours
 from handout.inking.mixing import mix_inks, paste_pictures, recolour_ink
 from handout.letters.document import LetterFile, LetterHead, PictureRoom, Signature, blocks_in
 from handout.letters.rows import LetterSetting
-from handout.letters.runs import Runs, WriterOptions, lines_of, runs_of, written
+from handout.letters.runs import Runs, WriterOptions, lines_of, runs_of, write_runs
 from handout.letters.setting import LetterPage, set_letter
 from handout.motion.timing import time_in_air
 from handout.page_sizes import margins
@@ -210,7 +210,7 @@ def _set_pages(task: LetterDocument, row: int | None) -> tuple[Mapping[str, Hand
             layout, own = main.layout, task.tasks[name].layout.x_height
             rewrites = Rewrites(tuple((at - first[name], times) for at, times in layout.rewritten))
             options = WriterOptions(own, layout.x_height, layout.jitter, main.fallback, main.slips, rewrites)
-            writers[name] = written(runs, name, hand, options, [*key, number], readers[name])
+            writers[name] = write_runs(runs, name, hand, options, [*key, number], readers[name])
     limit = main.pages or (1 if main.layout.fit else None)
     setting = LetterSetting(letter, runs, writers, task.first, task.following, _sizes(letter), limit)
     pages = set_letter(setting, lines_of(runs, writers), [*key, len(writers)])
@@ -229,14 +229,14 @@ def _page_numbers(letter: LetterFile) -> int:
 
 def _first_places(runs: Runs, hands: Iterable[str]) -> dict[str, int]:
     """Where each hand's text begins when the texts of all hands are put one behind the other, as words are told."""
-    lengths = [len(runs.text(name)) + 1 if runs.of(name) else 0 for name in hands]
+    lengths = [len(runs.text(name)) + 1 if runs.of_hand(name) else 0 for name in hands]
     return dict(zip(hands, accumulate([0, *lengths]), strict=False))
 
 
 def _supply_letters(name: str, runs: Runs, task: LetterDocument) -> tuple[Hand | ScannedHand, Sequence[Borrowed]]:
     """A hand with the letters of its runs, and what was supplied; see `complete_hand`."""
     hand, main = task.tasks[name].hand, task.task
-    if not runs.of(name):
+    if not runs.of_hand(name):
         return hand, []
     with _locate_errors(name, runs):
         return complete_hand(hand, runs.text(name), fallback=main.fallback, seed=main.seed)
@@ -248,7 +248,7 @@ def _locate_errors(name: str, runs: Runs) -> Iterator[None]:
     try:
         yield
     except MissingCharacters as error:
-        raise MissingCharacters(runs.located(name, str(error))) from error
+        raise MissingCharacters(runs.locate_message(name, str(error))) from error
 
 
 def _rereader(hand: Hand | ScannedHand, task: WritingTask) -> Rereader | None:

@@ -131,7 +131,7 @@ def _use_drawn_rules(request: _Request, paper: Paper) -> LinedPaper:
     rules = tuple((first + k * every * pitch, 0.0) for k in range(count))
     ruling, lowest = Ruling(rules), layout.page.height - layout.margin[2] - DESCENT * layout.x_height
     layout = replace(layout, ruling=ruling)
-    used = ruling.within(_first_room(layout) + FOOT_ABOVE_RULE, lowest + FOOT_ABOVE_RULE, 0.0)
+    used = ruling.rules_within(_first_room(layout) + FOOT_ABOVE_RULE, lowest + FOOT_ABOVE_RULE, 0.0)
     upper = next((height for height, _ in used), first)
     ordinal = {2: "nd", 3: "rd"}.get(every, "th")
     left_out = "" if every == 1 else f" (every {every}{ordinal} rule of {_mm(pitch)})"

@@ -236,7 +236,7 @@ class PictureOptions:
         from handout.hand import library
 
         name = self.pen
-        return name is not None and name not in PENS and (name.endswith(".hand") or name in library.scanned())
+        return name is not None and name not in PENS and (name.endswith(".hand") or name in library.scanned_files())
 
     def look(self, *, styled: bool = False) -> Look:
         """How pictures look that are asked for so; where a scanned hand lends its ink, strokes are a ballpoint's.

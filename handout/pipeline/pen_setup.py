@@ -145,6 +145,6 @@ def move_pen(
         raise InputError(_NO_PORT)
     profile = machine(device, port)
     with contextlib.closing(open_port(port, profile)) as opened:
-        place = manual.moved(driver.connect(opened, profile, listener.say), move)
+        place = manual.move_and_locate(driver.connect(opened, profile, listener.say), move)
     position = None if place is None or how == "release" else (round(place[0], 3), round(place[1], 3))
     return PenMove(profile.name, profile.title, done, position)

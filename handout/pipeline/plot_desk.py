@@ -252,7 +252,7 @@ def plot_page(name: str, page: int) -> str:
     job = find_job(name)
     if not any(part.page == page for part in job.parts):
         raise InputError(f"The job {name} has no page {page + 1}.")
-    return to_svg(pages.read(job.folder, page), pen_width=float(job.profile.pen.width)).decode()
+    return to_svg(pages.read_drawing(job.folder, page), pen_width=float(job.profile.pen.width)).decode()
 
 
 def draw_plot(name: str, port: str, at_zero: bool, home_after: bool, *, listener: PageWire) -> Facts:

@@ -8,8 +8,8 @@ from handout.plotting.dialects import dialect
 from handout.plotting.jobs import store
 from handout.plotting.jobs.job import PlotJob
 from handout.plotting.jobs.journal import JobProgress
-from handout.plotting.jobs.parts import named
-from handout.plotting.jobs.places import drawn
+from handout.plotting.jobs.parts import name_layer
+from handout.plotting.jobs.places import take_drawn
 from handout.plotting.jobs.runner import doubt
 
 find_job = store.find  # the plot of a name, or the one that was drawn last, of all or the unfinished ones
@@ -47,7 +47,7 @@ def state_of(job: PlotJob) -> Told:
 def list_jobs(listener: Listener = SILENT) -> list[Told]:
     """The states of all jobs that are kept, the oldest first; the listener hears of those that cannot be read."""
     states = []
-    for job in store.every():
+    for job in store.list_kept_jobs():
         try:
             states.append(state_of(job))
         except InputError as error:
@@ -96,7 +96,7 @@ def name_job(job: PlotJob) -> str:
 def _part(job: PlotJob, standing: JobProgress) -> str:
     part = job.parts[standing.part]
     sheets = f" of {job.pages * job.options.copies}" if job.whole else ""
-    layer = f", {named(part.layer)}" if len(job.layers) > 1 else ""
+    layer = f", {name_layer(part.layer)}" if len(job.layers) > 1 else ""
     return f"sheet {part.copy * job.pages + part.page + 1}{sheets}{layer}"
 
 
@@ -105,4 +105,4 @@ def _measure_drawn(job: PlotJob, standing: JobProgress) -> float:
     whole = sum(part.ink for part in job.parts[: standing.part])
     if not standing.begun or standing.part >= len(job.parts):
         return whole
-    return whole + drawn(job.drawing(standing.part), standing.place).pen_down
+    return whole + take_drawn(job.drawing(standing.part), standing.place).pen_down

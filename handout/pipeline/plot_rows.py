@@ -365,7 +365,7 @@ class PlotterQueue:
     def outcome(self, job: str, title: str, earlier: Collection[str] = ()) -> Outcome:
         """What became of a job whose name or title is known."""
         # of that name if it is known, which may have been given again to another
-        kept = next((plot for plot in store.every() if plot.title == title and job in ("", plot.name)), None)
+        kept = next((plot for plot in store.list_kept_jobs() if plot.title == title and job in ("", plot.name)), None)
         if kept is None:
             if job:
                 return Outcome("unknown", "that plot is not kept any more")

@@ -39,7 +39,7 @@ from handout.plotting.jobs import pages as kept_pages
 from handout.plotting.jobs import runner, store, stretch
 from handout.plotting.jobs.job import JobOptions, PlotJob, load
 from handout.plotting.jobs.pages import NewPage, laid_out
-from handout.plotting.planning.hooking import said
+from handout.plotting.planning.hooking import tell_hooks
 from handout.plotting.planning.plan import Plan
 from handout.plotting.ports import Port
 from handout.plotting.setup.pen_heights import replace_heights
@@ -219,7 +219,7 @@ def preview(
     if request.writing.fit:
         drawings = [fit_to_bed(drawing, profile) for drawing in drawings]
     shown, plans = shown_pages(drawings, request.part, profile, work.options, listener)
-    besides = said([planned.drawing for planned in plans], profile)
+    besides = tell_hooks([planned.drawing for planned in plans], profile)
     notes = (*work.notes, *style_notes(task, drawings), *besides)
     listener.note(*notes)
     files = write_drawings(shown, paths, dataclasses.replace(task.look, show_travel=show_travel))
@@ -382,7 +382,7 @@ def _part(
     """The pages with the part alone that is asked for; the listener hears which that is."""
     laid = [laid_out(page.drawing, profile, options.layers, options.order) for page in pages]
     chosen = stretch.pieces(laid, profile, options.speed, **dataclasses.asdict(part))
-    listener.say(stretch.named(chosen, laid))
+    listener.say(stretch.name_stretch(chosen, laid))
     kept = []
     for number, piece in enumerate(chosen, 1):
         drawing = cut_out(laid[piece.sheet], piece)
@@ -441,7 +441,7 @@ def _kept_pages(job: PlotJob, listener: Listener) -> list[NewPage]:
         count = units.count(job.pages, "sheet")
         listener.say(f"Only {count} of {job.name} had been written: the rest of its text is left out here.")
     told = [*job.told, *[{}] * (job.pages - len(job.told))]
-    return [NewPage(kept_pages.read(job.folder, number), 1.0, told[number]) for number in range(job.pages)]
+    return [NewPage(kept_pages.read_drawing(job.folder, number), 1.0, told[number]) for number in range(job.pages)]
 
 
 def preview_again(
@@ -474,7 +474,7 @@ def shown_pages(
     chosen = [stretch.SheetStretch(number, 0, len(page.strokes)) for number, page in enumerate(laid)]
     if part:
         chosen = stretch.pieces(laid, profile, options.speed, **dataclasses.asdict(part))
-        listener.say(stretch.named(chosen, laid))
+        listener.say(stretch.name_stretch(chosen, laid))
     plans = [plan(cut_out(laid[piece.sheet], piece), profile, speed=options.speed) for piece in chosen]
     shown = [with_rest(laid[piece.sheet], piece, made) for piece, made in zip(chosen, plans, strict=True)]
     return shown, plans
@@ -482,7 +482,7 @@ def shown_pages(
 
 def _plan_facts(plans: Sequence[Plan]) -> Facts:
     """The seconds that plotting would take, how often the pen dips, and the seconds for that and other hooks."""
-    dips, hooks_s = sum(planned.dips for planned in plans), sum(planned.hooked for planned in plans)
+    dips, hooks_s = sum(planned.dips for planned in plans), sum(planned.hook_time for planned in plans)
     hooks: Facts = {"dips": dips, "hooks_s": round(hooks_s, 2)} if hooks_s else {}
     seconds = round(sum(planned.duration for planned in plans), 2)
     return {"planned_s": seconds, "stretched": greatest_stretch(plans), **hooks}
@@ -517,7 +517,7 @@ class ReportFile:
         """Write what is to be said of all parts up to the one that has just been plotted."""
         if self.path is not None:
             with self._lock:
-                self.rows.append(plot_report.plotted(report, port, len(self.rows) + 1))
+                self.rows.append(plot_report.tell_plotted_page(report, port, len(self.rows) + 1))
                 plot_report.write(self.path, self.rows)
 
 

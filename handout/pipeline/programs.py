@@ -70,9 +70,9 @@ class Programs:
             drawing = fit_to_bed(drawing, profile) if self._fit else drawing
             plan = make_plan(drawing, profile, speed="fast" if self._fast else 1.0, order=self._order)
             self.seconds[profile.name] = self.seconds.get(profile.name, 0.0) + plan.duration
-            if plan.hooked:
+            if plan.hook_time:
                 self.dips[profile.name] = self.dips.get(profile.name, 0) + plan.dips
-                self.hooks_s[profile.name] = self.hooks_s.get(profile.name, 0.0) + plan.hooked
+                self.hooks_s[profile.name] = self.hooks_s.get(profile.name, 0.0) + plan.hook_time
             return dialect(profile.dialect).file(plan, profile)
 
         return render

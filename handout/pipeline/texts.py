@@ -33,7 +33,7 @@ from handout.sinks import check_outputs as check_outputs
 from handout.values import Drawing, Line, Manuscript, Placed
 from handout.writing.compose import each_page, each_part
 from handout.writing.layout import Layout
-from handout.writing.text import LEFT_OUT, Borrowed, unseen
+from handout.writing.text import LEFT_OUT, Borrowed, find_unseen
 
 if TYPE_CHECKING:
     from handout.hand.drawn import Hand
@@ -113,7 +113,7 @@ def prepare(
         replace(picture.look(styled=writing.style is not None), footprint=writing.pose is not None),
     )
     hand = library.find(writing.hand) if isinstance(writing.hand, str) else writing.hand
-    hand, behind = hand.hastened(writing.haste), tuple[str, ...]()
+    hand, behind = hand.with_haste(writing.haste), tuple[str, ...]()
     if hand.pages is not None and isinstance(writing.hand, str):
         from handout.hand.pending import untaken
 
@@ -306,7 +306,7 @@ def _set_text(
         lines = [line for sheet in pages for line in sheet.manuscript.lines]
         placed = (placed for line in lines for placed in line.placed if placed.glyph.letter)
         lacking = list(written_letters(lacking, placed, author))
-    left_out = [*lacking, *unseen(text)]
+    left_out = [*lacking, *find_unseen(text)]
     borrowed = [letter_facts(letter) if row is None else {"row": row, **letter_facts(letter)} for letter in left_out]
     return task, (_add_about(sheet, "borrowed", borrowed) for sheet in sheets) if borrowed else sheets
 

@@ -73,7 +73,7 @@ def _listen(seconds: float, wanted: int, interfaces: list[str] | None) -> list[A
         raise PortError(f"This computer is on no network ({error.strerror or error}).") from error
     try:
         browser = ServiceBrowser(zeroconf, [_MOONRAKER, _TELNET, _PAGE], handlers=[note])
-        found = _heard(heard, seconds, wanted)
+        found = _collect_machines(heard, seconds, wanted)
         browser.cancel()
     finally:
         zeroconf.close()
@@ -82,7 +82,7 @@ def _listen(seconds: float, wanted: int, interfaces: list[str] | None) -> list[A
     return sorted(rows, key=lambda machine: machine.address)
 
 
-def _heard(heard: SimpleQueue[tuple[str, Any]], seconds: float, wanted: int) -> list[Announced]:
+def _collect_machines(heard: SimpleQueue[tuple[str, Any]], seconds: float, wanted: int) -> list[Announced]:
     """The machines that are heard of within some seconds, each once; `wanted` are enough, if that is not 0."""
     found, end = dict[str, Announced](), time.monotonic() + seconds
     while (left := end - time.monotonic()) > 0 and not (wanted and len(found) >= wanted):

@@ -51,7 +51,9 @@ class BedPlacement:
 
 def place(page: Page, profile: Plotter) -> BedPlacement:
     """How a page lies on the bed of a machine."""
-    turned = _covered(profile, page.height, page.width) > _covered(profile, page.width, page.height) + _SLACK
+    turned = (
+        _measure_cover(profile, page.height, page.width) > _measure_cover(profile, page.width, page.height) + _SLACK
+    )
     width, height = (page.height, page.width) if turned else (page.width, page.height)
     # page → sheet as it lies, origin at its upper left, y towards the reader
     turn, shift = np.eye(2), np.zeros(2)
@@ -75,7 +77,7 @@ def _inset(profile: Plotter) -> Array:
     return np.array([bed.inset_x, bed.inset_y if ahead else -bed.inset_y], dtype=float)
 
 
-def _covered(profile: Plotter, width: float, height: float) -> float:
+def _measure_cover(profile: Plotter, width: float, height: float) -> float:
     """Area of a sheet that lies on the bed, mm²."""
     return min(width, profile.bed.width) * min(height, profile.bed.height)
 

@@ -48,7 +48,7 @@ def open_port(url: str, profile: Plotter) -> Port:
         rest = url[4:]
         if rest and not rest.startswith("?"):
             raise InputError(f"{url}: options of the simulated plotter begin with a question mark: sim:?fault=jam")
-        return cast(Port, _simulated().plotter(profile, rest[1:]))
+        return cast(Port, _load_simulator().plotter(profile, rest[1:]))
     return _open_at(find_port(profile) if url == "auto" else url, profile.port.baud)
 
 
@@ -62,14 +62,14 @@ def surroundings(url: str) -> AbstractContextManager[None]:
     """A slow disk or a busy processor that the address of a simulated plotter asks for (``sim:?disk=1s``)."""
     if not is_simulated(url):
         return contextlib.nullcontext()
-    return cast(AbstractContextManager[None], _simulated().disturb_computer(url.partition("?")[2]))
+    return cast(AbstractContextManager[None], _load_simulator().disturb_computer(url.partition("?")[2]))
 
 
 def is_simulated(url: str) -> bool:
     return url == "sim" or url.startswith("sim:")
 
 
-def _simulated() -> Any:
+def _load_simulator() -> Any:
     """The room of the simulated plotter, which is loaded only for its own addresses."""
     return importlib.import_module("handout.simulated.plotter")
 

@@ -77,7 +77,7 @@ class Controller(Protocol):
         """See above."""
 
     @property
-    def since(self) -> float:
+    def earliest_arrival(self) -> float:
         """See above."""
 
     def send(self, data: bytes) -> None:
@@ -123,7 +123,7 @@ class Controller(Protocol):
         """From now on `send`, `wait` and `finish` raise ButtonPressed when its button has been pressed, if it has one
         and does not hold by itself."""
 
-    def pressed(self) -> bool:
+    def was_button_pressed(self) -> bool:
         """Whether its button has been pressed since it was asked last; waits `BUTTON_LOOK` for that."""
 
 

@@ -17,7 +17,7 @@ from http.client import HTTPConnection, HTTPException
 from urllib.parse import urlsplit
 
 from handout.errors import InputError, PortError
-from handout.plotting.network_ports import WebSocketPort, lost, unreachable
+from handout.plotting.network_ports import WebSocketPort, lost_error, unreachable
 from handout.plotting.ports import Port
 
 _PORT = 7125  # of Moonraker, where nothing else was set up
@@ -93,7 +93,7 @@ class MoonrakerPort(WebSocketPort):
         for line in filter(None, lines):
             self._send(line.decode("utf-8"))
 
-    def _heard(self, message: str | bytes) -> bytes:
+    def _hear_message(self, message: str | bytes) -> bytes:
         text = message.decode("utf-8", "replace") if isinstance(message, bytes) else message
         _check_authorised(self.url, text)
         return b"" if _OWN_NOTICE.match(text) else text.encode() + b"\n"
@@ -111,9 +111,9 @@ class HttpPort:
         self.url, self._place = url, (host, port)
         self._half = b""
         self._waiting: list[HTTPConnection] = []
-        self._idle: list[HTTPConnection] = [self._connected()]
+        self._idle: list[HTTPConnection] = [self._connect()]
 
-    def _connected(self) -> HTTPConnection:
+    def _connect(self) -> HTTPConnection:
         made = HTTPConnection(*self._place, timeout=_CONNECTS)
         try:
             made.connect()
@@ -130,7 +130,7 @@ class HttpPort:
             try:
                 connection.request("POST", "/server/jsonrpc", line, {"Content-Type": "application/json"} | _headers())
             except (OSError, HTTPException) as error:
-                raise lost(self.url) from error
+                raise lost_error(self.url) from error
 
     def _free(self) -> HTTPConnection:
         """A connection on which nothing is asked; those that the other end has closed meanwhile are left."""
@@ -139,7 +139,7 @@ class HttpPort:
             if not select.select([connection.sock], [], [], 0.0)[0]:
                 return connection
             connection.close()
-        return self._connected()
+        return self._connect()
 
     def read(self, timeout: float) -> bytes:
         """What has been answered by now; waits up to `timeout` seconds for a first answer."""
@@ -151,7 +151,7 @@ class HttpPort:
             ready = select.select(list(waiting), [], [], timeout)[0]
             return b"".join(self._answer(waiting[sock]) for sock in ready)
         except (OSError, HTTPException, ValueError) as error:
-            raise lost(self.url) from error
+            raise lost_error(self.url) from error
 
     def _answer(self, connection: HTTPConnection) -> bytes:
         self._waiting.remove(connection)

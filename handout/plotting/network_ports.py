@@ -57,7 +57,7 @@ class TcpPort:
     greets = True
 
     def __init__(self, url: str) -> None:
-        self.url, self._socket = url, _connected(url)
+        self.url, self._socket = url, _open_socket(url)
 
     def write(self, data: bytes) -> None:
         """Send bytes."""
@@ -65,7 +65,7 @@ class TcpPort:
             self._socket.settimeout(_SENDS)
             self._socket.sendall(data)
         except OSError as error:
-            raise lost(self.url) from error
+            raise lost_error(self.url) from error
 
     def read(self, timeout: float) -> bytes:
         """What has come in; waits up to `timeout` seconds for a first byte."""
@@ -75,9 +75,9 @@ class TcpPort:
         except (TimeoutError, BlockingIOError):
             return b""
         except OSError as error:
-            raise lost(self.url) from error
+            raise lost_error(self.url) from error
         if not data:
-            raise lost(self.url)
+            raise lost_error(self.url)
         return data
 
     def close(self) -> None:
@@ -102,7 +102,7 @@ class WebSocketPort:
             from websockets.sync.client import connect
         except ImportError as error:
             raise PortError(f"{url} {_MISSING}{self.missing.format(urlsplit(url).hostname)}") from error
-        self.url, self._socket = url, _connected(url)
+        self.url, self._socket = url, _open_socket(url)
         subprotocols: Any = list(protocols) or None
         try:  # no pings of ours: older grblHAL answers them with a broken frame
             self._connection = connect(
@@ -133,7 +133,7 @@ class WebSocketPort:
         try:
             self._connection.send(data)
         except (OSError, ConnectionClosed) as error:
-            raise lost(self.url) from error
+            raise lost_error(self.url) from error
 
     def read(self, timeout: float) -> bytes:
         """What has come in; waits up to `timeout` seconds for a first byte."""
@@ -147,11 +147,11 @@ class WebSocketPort:
                 except (OSError, ConnectionClosed) as error:
                     if isinstance(error, TimeoutError) or data:
                         break
-                    raise lost(self.url) from error
-                data += self._heard(message)
+                    raise lost_error(self.url) from error
+                data += self._hear_message(message)
         return data
 
-    def _heard(self, message: str | bytes) -> bytes:
+    def _hear_message(self, message: str | bytes) -> bytes:
         """What a message means to the conversation."""
         if isinstance(message, bytes):
             return message
@@ -162,7 +162,7 @@ class WebSocketPort:
         self._connection.close_socket()
 
 
-def lost(url: str) -> PortError:
+def lost_error(url: str) -> PortError:
     """The error of a connection that was there."""
     return PortError(f"The connection to {url} is lost: is the plotter still switched on, and on the network?")
 
@@ -178,7 +178,7 @@ def unreachable(url: str, host: str, error: OSError) -> PortError:
     )
 
 
-def _connected(url: str) -> socket.socket:
+def _open_socket(url: str) -> socket.socket:
     """A connection to the place that an address names."""
     try:
         parts = urlsplit(url)

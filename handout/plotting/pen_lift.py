@@ -41,12 +41,12 @@ def wait(pen: PenLift, down: bool, line_time: float) -> float:
     return sum(waits) + (0.0 if pen.lift == "z" and not any(waits) else len(waits) * line_time)
 
 
-def lowered(pen: PenLift, value: float | None) -> PenLift:
+def lower_to(pen: PenLift, value: float | None) -> PenLift:
     """The pen as one that comes down to a value or a height; None: to its own."""
     return pen if value is None else msgspec.structs.replace(pen, down=value)
 
 
-def at(pen: PenLift, value: float) -> PenLift:
+def lower_at_once(pen: PenLift, value: float) -> PenLift:
     """The pen as one that comes down to a value or a height, at once.
 
     Raises
@@ -64,7 +64,7 @@ def at(pen: PenLift, value: float) -> PenLift:
     return msgspec.structs.replace(pen, down=value, pressed=None, ramp=Time(0.0))
 
 
-def along(drawing: Drawing, clock: Array, pen: PenLift) -> Array | None:
+def heights_along(drawing: Drawing, clock: Array, pen: PenLift) -> Array | None:
     """(n,) mm: where a Z axis holds the pen at times of a drawing's clock, on which stroke follows stroke (`segments`).
 
     None: it does not follow the pressure, or there is none to follow.  A stroke without pressure is drawn with half.

@@ -51,7 +51,7 @@ class InstrumentedPort(Port):
         """Lay a fresh sheet on the bed; times of execution start anew."""
 
     @abstractmethod
-    def executed(self) -> Drawing:
+    def executed_drawing(self) -> Drawing:
         """What the pen has drawn on the sheet, with the times at which it was executed."""
 
 
@@ -93,7 +93,7 @@ class SerialPort:
             more = {} if "://" in url else {"exclusive": True}
             self._serial: Any = serial.serial_for_url(url, baudrate=baud, timeout=0.1, write_timeout=10, **more)
         except (OSError, ValueError) as error:  # pyserial's own errors are OSErrors
-            raise PortError(_why(url, error)) from error
+            raise PortError(_explain_failure(url, error)) from error
         _keep_awake(self._serial)
 
     def write(self, data: bytes) -> None:
@@ -101,7 +101,7 @@ class SerialPort:
         try:
             self._serial.write(data)
         except OSError as error:
-            raise PortError(self._lost()) from error
+            raise PortError(self._lost_message()) from error
 
     def read(self, timeout: float) -> bytes:
         """What has come in; waits up to `timeout` seconds for a first byte."""
@@ -113,17 +113,17 @@ class SerialPort:
                 data += self._serial.read(more)
             return data
         except (OSError, TypeError) as error:  # pyserial raises TypeError where a port was closed under it
-            raise PortError(self._lost()) from error
+            raise PortError(self._lost_message()) from error
 
     def close(self) -> None:
         """Close the connection."""
         self._serial.close()
 
-    def _lost(self) -> str:
+    def _lost_message(self) -> str:
         return f"The connection to {self.url} is lost: is the plotter still plugged in and switched on?"
 
 
-def _why(url: str, error: Exception) -> str:
+def _explain_failure(url: str, error: Exception) -> str:
     """One sentence on why a port cannot be opened, and one on which there are."""
     if "://" in url:
         return f"{url} cannot be opened ({_reason(error)}): check the address, and that the machine is on the network."

@@ -61,7 +61,7 @@ def on_baselines(
     for i, trace in enumerate(traces):
         x = extremes.left[is_near & (nearest == i), 0]
         if len(x) >= LEAST_EDGES // 2:
-            lines.append(_on_baseline(trace, extremes.foot, _together(x, 2.5 * pitch), centre, pitch))
+            lines.append(_on_baseline(trace, extremes.foot, _drop_strays(x, 2.5 * pitch), centre, pitch))
     return sorted(lines, key=lambda line: line.curve[0])
 
 
@@ -80,7 +80,7 @@ def _on_baseline(trace: tuple[float, float], feet: Array, x: Array, centre: floa
     return LineBaseline((level + foot + slope * (middle - centre) + c0, slope + c1, c2), left, right)
 
 
-def _together(x: Array, gap: float) -> Array:
+def _drop_strays(x: Array, gap: float) -> Array:
     """Sorted, without the few that stand apart: strays from a neighbouring line that a short one would claim."""
     x = np.sort(x)
     groups = np.split(x, np.flatnonzero(np.diff(x) > gap) + 1)
@@ -177,11 +177,13 @@ def slant_of_lines(mask: NDArray[np.bool_], dpi: float, lines: Sequence[LineBase
     coarse = max(x_height / 14, pixel)
     votes = np.zeros(len(_SLANTS))
     for line in lines:
-        x, height = _above(mask, pixel, line, x_height)
+        x, height = _measure_heights(mask, pixel, line, x_height)
         for part in (height > -np.inf, height > 0.8 * x_height):
             if part.sum() < 100:
                 continue
-            concentration = [float(np.square(_columns((x - s * height)[part], coarse)).sum()) for s in _SLANTS]
+            upright = [(x - s * height)[part] for s in _SLANTS]
+            columns = [np.bincount(((at - at.min()) / coarse).astype(np.intp)).astype(np.float64) for at in upright]
+            concentration = [float(np.square(counts).sum()) for counts in columns]
             votes += np.array(concentration) / max(concentration)
     if not votes.any():
         return 0.0
@@ -190,7 +192,7 @@ def slant_of_lines(mask: NDArray[np.bool_], dpi: float, lines: Sequence[LineBase
     return float(_SLANTS[k]) + 0.05 * _peak_offset(votes, k)
 
 
-def _above(mask: NDArray[np.bool_], pixel: float, line: LineBaseline, x_height: float) -> tuple[Array, Array]:
+def _measure_heights(mask: NDArray[np.bool_], pixel: float, line: LineBaseline, x_height: float) -> tuple[Array, Array]:
     """x and height over the baseline, mm, of the ink of a line, from its feet to its ascenders."""
     x0, x1 = max(0, int(line.left / pixel)), min(mask.shape[1], int(line.right / pixel) + 1)
     ends = line.baseline(np.linspace(line.left, line.right, 3))
@@ -203,10 +205,6 @@ def _above(mask: NDArray[np.bool_], pixel: float, line: LineBaseline, x_height: 
     # pixels stand in columns: spread over their width, or an upright page would look the evenest
     jitter = (np.arange(len(place)) * 0.618034 % 1 - 0.5) * pixel
     return (place + jitter)[on_line], height[on_line]
-
-
-def _columns(x: Array, width: float) -> Array:
-    return np.bincount(((x - x.min()) / width).astype(np.intp)).astype(np.float64)
 
 
 def _peak_offset(values: Array, k: int) -> float:

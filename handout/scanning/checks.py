@@ -65,12 +65,9 @@ def page_index(count: int, page: int | None, path: Path) -> int:
             raise InputError(f"{path} holds {count} pages: say which one, as {path}:1 … {path}:{count}.")
         return 0
     if not 1 <= page <= count:
-        raise InputError(f"{path}:{page}: there is no such page; {path} holds {_pages(count)}.")
+        pages = "1 page" if count == 1 else f"pages 1–{count}"
+        raise InputError(f"{path}:{page}: there is no such page; {path} holds {pages}.")
     return page - 1
-
-
-def _pages(count: int) -> str:
-    return "1 page" if count == 1 else f"pages 1–{count}"
 
 
 def square_resolution(dpi: Any, path: Path) -> float | None:

@@ -65,11 +65,11 @@ def read_sheet(name: str) -> GivenSheet:
     if found is None:
         raise InputError(f"There is no sheet {name}.")
     path, page = found
-    return _read(path, page, path.stat().st_mtime_ns)
+    return _read_sheet(path, page, path.stat().st_mtime_ns)
 
 
 @lru_cache(maxsize=2)  # it is looked at for its size, for its lines, and for every picture of the writing
-def _read(path: Path, page: int | None, _changed: int) -> GivenSheet:
+def _read_sheet(path: Path, page: int | None, _changed: int) -> GivenSheet:
     label = path.name if page is None else f"{path.name}:{page}"
     if is_pdf(path):
         from handout.scanning.pdf_pages import count_of_pdf, drawn_page

@@ -68,7 +68,7 @@ def least_cut(
     weights : Weights
     paint : (h, w) int8, optional: 1 where the user says ink (only within the domain), −1 paper, 0 nothing.
     """
-    return _cut(rgb, lambda pixels: unary(density.ravel()[pixels], weights), domain, weights, paint)
+    return _cut_graph(rgb, lambda pixels: unary(density.ravel()[pixels], weights), domain, weights, paint)
 
 
 def field_cut(
@@ -79,10 +79,10 @@ def field_cut(
     paint: NDArray[np.int8],
 ) -> NDArray[np.bool_]:
     """The same where each pixel has a cost (h, w) of its own of being ink rather than paper, at most `weights.ink`."""
-    return _cut(rgb, lambda pixels: cost.ravel()[pixels], domain, weights, paint)
+    return _cut_graph(rgb, lambda pixels: cost.ravel()[pixels], domain, weights, paint)
 
 
-def _cut(
+def _cut_graph(
     rgb: NDArray[np.uint8],
     cost: Callable[[Indices], NDArray[np.float32]],
     domain: NDArray[np.bool_],

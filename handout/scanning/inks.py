@@ -117,7 +117,10 @@ def find_inks(scan: Scan) -> PageInks:
     ruling = find_ruling(scan, paper.astype(np.float32), contrast)
     if ruling is not None:
         core = core & ~_wider(ruling, scan.pixels(0.13))
-        ruled = _usual(scan.rgb[ruling & ~_wider(core, scan.pixels(0.5))][::5] / 255.0)
+        ruled = scan.rgb[ruling & ~_wider(core, scan.pixels(0.5))][::5] / 255.0
+        # the ruling itself: where writing or an underline lies on it the colours are others
+        off = np.abs(ruled - np.median(ruled, axis=0))
+        ruled = ruled[(off / np.maximum(np.median(off, axis=0), 1 / 255)).max(axis=1) <= 5.0]
     else:
         ruled = np.zeros((0, 3))
     colours = scan.rgb[core] / 255.0
@@ -175,13 +178,6 @@ def _wider(mask: NDArray[np.bool_], by: float) -> NDArray[np.bool_]:
 
     size = 2 * max(1, round(by)) + 1
     return np.asarray(cv2.dilate(mask.astype(np.uint8), np.ones((size, size), np.uint8)).astype(bool))
-
-
-def _usual(ruled: Array) -> Array:
-    """The colours of the ruling itself: where writing or an underline lies on it they are others."""
-    off = np.abs(ruled - np.median(ruled, axis=0))
-    off = (off / np.maximum(np.median(off, axis=0), 1 / 255)).max(axis=1)
-    return np.asarray(ruled[off <= 5.0])
 
 
 def _told_apart(colours: Array, paper: Array, noise: Array, ruled: Array) -> tuple[tuple[PageInk, ...], float]:

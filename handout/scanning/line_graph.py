@@ -68,13 +68,13 @@ def find_line_graph(scan: Scan, mask: Mask, density: Density) -> LineGraph:
     xy, edges = skeleton(ink)
     half = mask.stroke / 2
     # a spur may be the end of two strokes that have run into one another: it goes when they have been taken apart
-    xy, edges = without_spurs(*separate_strokes(xy, edges, sampled(inside, xy) - _COARSE, half), inside)
+    xy, edges = without_spurs(*separate_strokes(xy, edges, sample_image(inside, xy) - _COARSE, half), inside)
     weight = np.where(ink, np.maximum(density.values, 0.02), 0).astype(np.float32)
-    xy, half_width = fitted_to_ink(evened(xy, edges), edges, weight, ink.astype(np.float32), half)
+    xy, half_width = fitted_to_ink(even_vertices(xy, edges), edges, weight, ink.astype(np.float32), half)
     # what lies beyond the picture is not known: smoothing must not move a line that runs off its edge out there
-    xy, edges = lengthened(within(xy, ink.shape), edges, inside, half_width)
-    xy = within(xy, ink.shape)
-    radius = np.maximum(sampled(inside, xy) - 0.5, 0.5)
+    xy, edges = lengthen_ends(clip_places(xy, ink.shape), edges, inside, half_width)
+    xy = clip_places(xy, ink.shape)
+    radius = np.maximum(sample_image(inside, xy) - 0.5, 0.5)
     thick = mean_within(density.values, xy, radius)
     # a pixel's middle lies half a pixel from its corner, and the page begins at the corner
     place = (xy + 0.5) * scan.pixel
@@ -83,7 +83,7 @@ def find_line_graph(scan: Scan, mask: Mask, density: Density) -> LineGraph:
 
 def mean_within(values: NDArray[np.float32], xy: Array, radius: Array) -> Array:
     """(n,) float: mean of `values` over the circle of each vertex, of places and radii in pixels."""
-    return np.asarray(sampled(values, xy[:, None] + _RINGS * radius[:, None, None]).mean(axis=1))
+    return np.asarray(sample_image(values, xy[:, None] + _RINGS * radius[:, None, None]).mean(axis=1))
 
 
 def half_widths(measured: Array, edges: Indices, count: int, usual: float) -> Array:
@@ -114,14 +114,14 @@ def fitted_to_ink(
     """
     count = len(xy)
     bends = _bends(xy, edges, usual)
-    before, after = _along(edges, count)
+    before, after = _find_neighbours(edges, count)
     inner = np.flatnonzero(before >= 0)
     half = np.full(count, usual)
     for round_ in range(_FIT.rounds):
         way = xy[after[inner]] - xy[before[inner]]
         way /= np.maximum(np.linalg.norm(way, axis=1), 1e-9)[:, None]
         normal = np.stack([-way[:, 1], way[:, 0]], axis=1)
-        right, left, centre = _across(xy[inner], normal, usual, weight, ink)
+        right, left, centre = _measure_across(xy[inner], normal, usual, weight, ink)
         if not round_:
             measured = np.full(count, usual)
             measured[inner] = (right + left) / 2
@@ -131,17 +131,17 @@ def fitted_to_ink(
     return xy, half
 
 
-def evened(xy: Array, edges: Indices) -> Array:
+def even_vertices(xy: Array, edges: Indices) -> Array:
     """Vertices drawn towards the middle of their neighbours: without the steps of whole pixels."""
     xy = xy.copy()
-    before, after = _along(edges, len(xy))
+    before, after = _find_neighbours(edges, len(xy))
     inner = before >= 0
     for _ in range(_FIT.even_rounds):
         xy[inner] += _FIT.pull * (xy[before[inner]] + xy[after[inner]] - 2 * xy[inner])
     return xy
 
 
-def _along(edges: Indices, count: int) -> tuple[Indices, Indices]:
+def _find_neighbours(edges: Indices, count: int) -> tuple[Indices, Indices]:
     """The two neighbours of every vertex that has just two; −1 for the others."""
     both = np.concatenate([edges, edges[:, ::-1]])
     both = both[np.argsort(both[:, 0], kind="stable")]
@@ -153,7 +153,7 @@ def _along(edges: Indices, count: int) -> tuple[Indices, Indices]:
     return before, after
 
 
-def sampled(image: NDArray[np.float32], xy: Array) -> Array:
+def sample_image(image: NDArray[np.float32], xy: Array) -> Array:
     """Values (…,) of an image at places (…, 2) in pixels, bilinear."""
     import cv2
 
@@ -170,7 +170,7 @@ def sampled(image: NDArray[np.float32], xy: Array) -> Array:
 
 def _bends(xy: Array, edges: Indices, usual: float) -> Indices:
     """(k, 3): vertices that follow each other on a line, through junctions too where two paths go straight on."""
-    before, after = _along(edges, len(xy))
+    before, after = _find_neighbours(edges, len(xy))
     inner = np.flatnonzero(before >= 0)
     within = np.stack([before[inner], inner, after[inner]], axis=1)
     ends: dict[int, list[Indices]] = {}
@@ -179,11 +179,11 @@ def _bends(xy: Array, edges: Indices, usual: float) -> Indices:
         for way in (path, path[::-1]):
             if len(way) > 1 and degree[way[0]] > 2:
                 ends.setdefault(int(way[0]), []).append(way)
-    through = [triple for ways in ends.values() for triple in _through(xy, ways, usual)]
+    through = [triple for ways in ends.values() for triple in _pair_paths(xy, ways, usual)]
     return np.concatenate([within, np.array(through, dtype=np.intp).reshape(-1, 3)])
 
 
-def _through(xy: Array, ways: list[Indices], usual: float) -> list[tuple[int, int, int]]:
+def _pair_paths(xy: Array, ways: list[Indices], usual: float) -> list[tuple[int, int, int]]:
     """The pairs of paths from one junction that go on as one line, straightest first."""
     far_ends = [way[min(len(way) - 1, int(4 * usual) + 1)] for way in ways]
     near_ends = [way[min((len(way) - 1) // 2, int(1.5 * usual) + 1)] for way in ways]
@@ -200,7 +200,7 @@ def _through(xy: Array, ways: list[Indices], usual: float) -> list[tuple[int, in
     return pairs_through
 
 
-def _across(
+def _measure_across(
     xy: Array, normal: Array, usual: float, weight: NDArray[np.float32], ink: NDArray[np.float32]
 ) -> tuple[Array, Array, Array]:
     """(n,) how far ink reaches on either side, and (n,) where its middle lies; pixels."""
@@ -209,9 +209,12 @@ def _across(
     right, left, centre = np.zeros((3, len(xy)))
     for part in np.array_split(np.arange(len(xy)), max(1, len(xy) * len(steps) // 2_000_000)):
         places = xy[part, None] + normal[part, None] * steps[:, None]
-        inky = sampled(ink, places)
-        inky *= _unbroken_ink(inky > 0, reach)
-        weights = sampled(weight, places) * (inky > 0)
+        inky = sample_image(ink, places)
+        # where ink reaches without a gap from the middle column, so that a neighbouring line does not pull
+        ahead = np.minimum.accumulate(inky[:, reach:] > 0, axis=1)
+        behind = np.minimum.accumulate(inky[:, reach::-1] > 0, axis=1)[:, ::-1]
+        inky *= np.concatenate([behind[:, :-1], ahead], axis=1)
+        weights = sample_image(weight, places) * (inky > 0)
         middle = inky[:, reach] / 2
         right[part] = (inky[:, reach + 1 :].sum(axis=1) + middle) * _FIT.sample
         left[part] = (inky[:, :reach].sum(axis=1) + middle) * _FIT.sample
@@ -231,13 +234,6 @@ def _middle(right: Array, left: Array, centre: Array, half: Array) -> tuple[Arra
     between = (centre + (right - left) / 2) / 2
     offset = np.where(alone, between, np.where(bound, edge, 0.0))
     return np.clip(offset, -_FIT.step, _FIT.step), np.where(alone, 1.0, np.where(bound, _FIT.one_edge, 0.0))
-
-
-def _unbroken_ink(inky: NDArray[np.bool_], middle: int) -> NDArray[np.bool_]:
-    """Where ink reaches without a gap from the middle column, so that a neighbouring line does not pull."""
-    right = np.minimum.accumulate(inky[:, middle:], axis=1)
-    left = np.minimum.accumulate(inky[:, middle::-1], axis=1)[:, ::-1]
-    return np.concatenate([left[:, :-1], right], axis=1)
 
 
 def _solve_places(
@@ -271,13 +267,13 @@ def _solve_places(
     return np.asarray(splu(matrix).solve(goal)).reshape(2, n).T
 
 
-def within(xy: Array, shape: tuple[int, int]) -> Array:
+def clip_places(xy: Array, shape: tuple[int, int]) -> Array:
     """Places (n, 2), pixels, those outside a picture (h, w) moved to its edge."""
     height, width = shape
     return np.asarray(np.clip(xy, -0.5, (width - 0.5, height - 0.5)))
 
 
-def lengthened(xy: Array, edges: Indices, inside: NDArray[np.float32], half: Array) -> tuple[Array, Indices]:
+def lengthen_ends(xy: Array, edges: Indices, inside: NDArray[np.float32], half: Array) -> tuple[Array, Indices]:
     """The graph with its free ends drawn on, straight, to where the pen was when its ink began or ended.
 
     A line that runs out of the picture ends at the picture's edge.
@@ -294,8 +290,8 @@ def lengthened(xy: Array, edges: Indices, inside: NDArray[np.float32], half: Arr
             to /= max(float(np.hypot(*to)), 1e-9)
             steps = np.arange(0, 3 * r, 0.25)
             ahead = xy[way[0]] + steps[:, None] * to
-            off = (ahead != within(ahead, inside.shape)).any(axis=1)  # the picture, where there still is ink
-            out = off | (sampled(inside, ahead) < 0.5)
+            off = (ahead != clip_places(ahead, inside.shape)).any(axis=1)  # the picture, where there still is ink
+            out = off | (sample_image(inside, ahead) < 0.5)
             far = float(steps[out.argmax()]) - (0.0 if off[out.argmax()] else _FIT.end * r) if out.any() else 0.0
             if far < 0.25:
                 continue

@@ -92,7 +92,10 @@ def find_mask(
     if method not in METHODS:
         raise ValueError(f"method {method!r} is not one of {METHODS}")
     pen = pen or guess_pen(inks)
-    values = _soften(density.values, soften)
+    values = density.values
+    if soften > 0:
+        levels = np.rint(values * 127).astype(np.uint8)
+        values = np.asarray(cv2.medianBlur(levels, 2 * soften + 1), dtype=np.float32) / np.float32(127)
     ink = hysteresis(values, density)
     if method == "cut":
         weights = PENS[pen]
@@ -136,12 +139,10 @@ def stroke_width(ink: NDArray[np.bool_]) -> float:
     for ahead, behind in ((inside[2:, 1:-1], inside[:-2, 1:-1]), (inside[1:-1, 2:], inside[1:-1, :-2])):
         core &= (inside[1:-1, 1:-1] >= ahead) & (inside[1:-1, 1:-1] >= behind)
     middle = inside[1:-1, 1:-1][core]
-    return float(2 * np.mean(middle[_middle_half(middle)]) - 1) if len(middle) else 0.0
-
-
-def _middle_half(values: NDArray[np.float32]) -> NDArray[np.bool_]:
-    low, high = np.percentile(values, [25, 75])
-    return np.asarray((values >= low) & (values <= high))
+    if not len(middle):
+        return 0.0
+    low, high = np.percentile(middle, [25, 75])
+    return float(2 * np.mean(middle[(middle >= low) & (middle <= high)]) - 1)
 
 
 def without_specks(
@@ -171,15 +172,6 @@ def without_specks(
         keep[labels[paint > 0]] = True
     keep[0] = False
     return np.asarray(keep[labels])
-
-
-def _soften(values: NDArray[np.float32], radius: int) -> NDArray[np.float32]:
-    import cv2
-
-    if radius <= 0:
-        return values
-    levels = np.rint(values * 127).astype(np.uint8)
-    return np.asarray(cv2.medianBlur(levels, 2 * radius + 1), dtype=np.float32) / np.float32(127)
 
 
 def smooth(mask: NDArray[np.bool_], passes: int = 2) -> NDArray[np.bool_]:

@@ -40,7 +40,7 @@ class Matte:
 
     __repr__ = one_line
 
-    def over(self, colour: Array) -> NDArray[np.uint8]:
+    def lay_over(self, colour: Array) -> NDArray[np.uint8]:
         """(h, w, 3) uint8: the ink on paper of a colour (3,) or (h, w, 3), 0–255."""
         alpha = self.rgba[:, :, 3:].astype(np.float32) / 255
         mixed = self.rgba[:, :, :3] * alpha + np.asarray(colour, dtype=np.float32) * (1 - alpha)

@@ -55,9 +55,10 @@ def refuse_oblique(scan: Scan) -> None:
     """Raise InputError for a sheet that was photographed at an angle: its opposite sides are not parallel."""
     sides = outline(np.asarray(scan.rgb))
     for pair in (sides[0::2], sides[1::2]):
-        if any(side is None for side in pair):
+        one, other = pair
+        if one is None or other is None:
             continue
-        angle = _angle_between(*(side[1] for side in pair if side is not None))
+        angle = float(np.degrees(np.arccos(np.clip(abs(float(one[1] @ other[1])), 0, 1))))
         if angle > _OUTLINE.angle:
             raise InputError(
                 f"{scan.source} was photographed at an angle: opposite edges of the sheet are {angle:.1f}° apart "
@@ -161,11 +162,6 @@ def _fit_side(points: Array) -> Array | None:
     return line if len(points) > 0.6 * count else None
 
 
-def _angle_between(a: Array, b: Array) -> float:
-    """Degrees between two directions."""
-    return float(np.degrees(np.arccos(np.clip(abs(float(a @ b)), 0, 1))))
-
-
 @dataclass(frozen=True)
 class Gutter:
     """A band without ink between two columns.
@@ -188,7 +184,10 @@ def find_gutter(ink: NDArray[np.bool_], dpi: float) -> Gutter | None:
     ink : (h, w) bool
     dpi : pixels per inch.
     """
-    cells = _cells(ink, dpi)
+    side = _GUTTER.cell / 25.4 * dpi
+    y, x = np.nonzero(ink)
+    cells = np.zeros((int(ink.shape[0] / side) + 1, int(ink.shape[1] / side) + 1), dtype=bool)
+    cells[(y / side).astype(np.intp), (x / side).astype(np.intp)] = True
     rows = np.flatnonzero(cells.any(axis=1))
     if not len(rows):
         return None
@@ -201,15 +200,6 @@ def find_gutter(ink: NDArray[np.bool_], dpi: float) -> Gutter | None:
     if min(sides) < _GUTTER.lines:
         return None
     return Gutter(at * _GUTTER.cell, width * _GUTTER.cell, (sides[0], sides[1]))
-
-
-def _cells(ink: NDArray[np.bool_], dpi: float) -> NDArray[np.bool_]:
-    """Whether there is ink in each square millimetre."""
-    side = _GUTTER.cell / 25.4 * dpi
-    y, x = np.nonzero(ink)
-    cells = np.zeros((int(ink.shape[0] / side) + 1, int(ink.shape[1] / side) + 1), dtype=bool)
-    cells[(y / side).astype(np.intp), (x / side).astype(np.intp)] = True
-    return cells
 
 
 def _shear_cells(cells: NDArray[np.bool_], lean: float) -> NDArray[np.bool_]:

@@ -137,15 +137,12 @@ def _sharp(first: int, usual: NDArray[np.float32]) -> int:
         inner, outer = usual[min(at + _PAPER.step_reach, len(usual) - 1)], usual[max(at - 1 - _PAPER.step_reach, 0)]
         if float(np.abs(inner - outer).max()) > _PAPER.step:
             # the fold of a book darkens over some mm: all of that goes
-            near = first - at <= 2 * _PAPER.step_reach
-            return first if near else _steepest(max(1, at - _PAPER.step_reach), at, usual)
+            if first - at <= 2 * _PAPER.step_reach:
+                return first
+            low = max(1, at - _PAPER.step_reach)  # just past the greatest change from there
+            steps = np.abs(np.diff(usual[low - 1 : at + 1], axis=0)).max(axis=1)
+            return min(low + int(np.argmax(steps)) + 1, at)
     return 0
-
-
-def _steepest(low: int, high: int, usual: NDArray[np.float32]) -> int:
-    """The place from `low` to `high` just past the greatest change of colour (n, 3)."""
-    steps = np.abs(np.diff(usual[low - 1 : high + 1], axis=0)).max(axis=1)
-    return min(low + int(np.argmax(steps)) + 1, high)
 
 
 def _small(scan: Scan) -> tuple[NDArray[np.uint8], float]:

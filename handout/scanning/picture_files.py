@@ -134,7 +134,8 @@ def _read_image(path: Path, page: int | None) -> FilePicture:
                 refuse_large(image.width, image.height, path)
             if image.format == "TIFF" and getattr(image, "tag_v2", {}).get(284) == 2:
                 return _by_tifffile(path, page)  # Pillow misreads 16-bit planes
-            dpi, photographed = image.info.get("dpi"), _is_photograph(image)
+            dpi, exif = image.info.get("dpi"), image.getexif()
+            photographed = any(map(exif.get, _CAMERA)) and bool(exif.get_ifd(0x8769).get(_EXPOSED))
             ImageOps.exif_transpose(image, in_place=True)
             rgb = _as_rgb(image, path)
             return FilePicture(rgb, square_resolution(dpi, path), source_of(path, page, frames), photographed)
@@ -164,11 +165,6 @@ def _reason(error: BaseException, path: Path) -> str:
         if head[at:].startswith(mark):
             return f"it is {kind}"
     return "it is not an image that can be read, or it is damaged or cut off; copy it again, or scan it as PNG"
-
-
-def _is_photograph(image: Image_) -> bool:
-    exif = image.getexif()
-    return any(exif.get(tag) for tag in _CAMERA) and bool(exif.get_ifd(0x8769).get(_EXPOSED))
 
 
 def _as_rgb(image: Image_, path: Path) -> NDArray[np.uint8]:

@@ -85,10 +85,10 @@ def _stray_lines(ink: NDArray[np.bool_]) -> NDArray[np.bool_]:
     long, thick = (2 * round(side * _SEARCH.scale / 2) + 1 for side in _SEARCH.stray)
     pixels = ink.astype(np.uint8)
 
-    def opened(shape: tuple[int, int]) -> NDArray[np.bool_]:
+    def open_mask(shape: tuple[int, int]) -> NDArray[np.bool_]:
         return np.asarray(cv2.morphologyEx(pixels, cv2.MORPH_OPEN, np.ones(shape, np.uint8)) > 0)
 
-    return (opened((1, long)) | opened((long, 1))) & ~opened((thick, thick))
+    return (open_mask((1, long)) | open_mask((long, 1))) & ~open_mask((thick, thick))
 
 
 def _mark(on: NDArray[np.bool_], lines: Sequence[PrintedLine]) -> None:

@@ -287,7 +287,10 @@ def _heavy(lines: list[PrintedLine], place: Indices) -> tuple[tuple[PrintedLine,
     """The lines to write on, all or those every few that are heavier, none missing; and the finest distance."""
     fine = float(np.median(np.diff([line.at for line in lines]) / np.diff(place)))
     contrast = np.array([line.contrast for line in lines])
-    ratios = {(every, first): _ratio(contrast, place % every == first) for every, first in _classes(fine, place)}
+    # which lines may be those to write on: every so many, from one on, the closest first
+    apart = [every for every in range(2, 11) if _SEARCH.pitches[0] <= every * fine <= _SEARCH.pitches[1]]
+    classes = [(every, first) for every in apart if np.ptp(place) >= 2 * every for first in range(every)]
+    ratios = {(every, first): _ratio(contrast, place % every == first) for every, first in classes}
     best = max(ratios.values(), default=0.0)
     # every second one of the heavy lines is as heavy as all of them
     every, first = next((c for c, ratio in ratios.items() if ratio > max(_SEARCH.heavier, 0.8 * best)), (1, 0))
@@ -296,12 +299,6 @@ def _heavy(lines: list[PrintedLine], place: Indices) -> tuple[tuple[PrintedLine,
         heavy_lines &= contrast > np.sqrt(np.median(contrast[heavy_lines]) * np.median(contrast[~heavy_lines]))
     line_at = {int(p): line for p, line, heavy in zip(place, lines, heavy_lines, strict=True) if heavy}
     return _fill_row(line_at, every), fine
-
-
-def _classes(fine: float, place: Indices) -> list[tuple[int, int]]:
-    """Which lines may be those to write on: every so many, from one on, the closest first."""
-    apart = [every for every in range(2, 11) if _SEARCH.pitches[0] <= every * fine <= _SEARCH.pitches[1]]
-    return [(every, first) for every in apart if np.ptp(place) >= 2 * every for first in range(every)]
 
 
 def _ratio(contrast: Array, among: NDArray[np.bool_]) -> float:

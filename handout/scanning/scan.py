@@ -67,7 +67,7 @@ class Scan:
         """Side of a pixel, mm."""
         return 25.4 / self.dpi
 
-    def turned(self, quarters: int) -> Scan:
+    def turn_quarters(self, quarters: int) -> Scan:
         """The scan turned anticlockwise by a number of quarter turns; places count from its own first pixel."""
         rgb = np.ascontiguousarray(np.rot90(self.rgb, quarters))
         return Scan(rgb, self.dpi, self.source, self.told)

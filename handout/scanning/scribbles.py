@@ -78,7 +78,7 @@ class PageWindow:
         # (h, w, 3) the paper: what lies around the ink, without anything as thin as a stroke
         import cv2
 
-        hole = _grown(self.ink, 2 * self.half).astype(np.uint8)
+        hole = _grow_mask(self.ink, 2 * self.half).astype(np.uint8)
         filled = fill_smooth(self.rgb, hole)
         step = max(2, round(self.half))
         small = cv2.resize(filled, None, fx=1 / step, fy=1 / step, interpolation=cv2.INTER_AREA)
@@ -105,7 +105,7 @@ def with_ink(window: PageWindow, scribble: Bools) -> SegmentedWindow:
     away, usual = window.contrast()
     level = _soft(away @ (usual / (usual @ usual)).astype(np.float32), window.half)
     fresh = scribble & ~window.ink
-    plain = ~_grown(window.ink | scribble, window.half)
+    plain = ~_grow_mask(window.ink | scribble, window.half)
     deviation = 1.4826 * float(np.median(np.abs(level[plain]))) if plain.any() else 0.0
     darkest = float(np.percentile(level[fresh], 75)) if fresh.any() else 0.0
     if darkest < max(_SETTINGS.noise * deviation, _SETTINGS.least):
@@ -121,8 +121,8 @@ def with_ink(window: PageWindow, scribble: Bools) -> SegmentedWindow:
     floor = _SETTINGS.noise * deviation * np.sqrt(float(usual @ usual) / size)
     density[(share < floor) | ~alike] = 0
     open_ = ((density > 0) & ~window.ink) | scribble
-    near = _pieces_under(_grown(open_, _SETTINGS.gap * window.half / 2), scribble)
-    domain = _grown(open_ & near, 2.0)
+    near = _pieces_under(_grow_mask(open_, _SETTINGS.gap * window.half / 2), scribble)
+    domain = _grow_mask(open_ & near, 2.0)
     sure = (scribble | (window.ink & domain)).astype(np.int8)
     cost = np.where(density > 0, -_WEIGHTS.ink * np.minimum(density, 1), _WEIGHTS.paper)
     ink = field_cut(window.rgb, cost.astype(np.float32), domain, _WEIGHTS, sure)
@@ -140,13 +140,13 @@ def without_ink(window: PageWindow, scribble: Bools) -> Bools:
     likelier = _likelier(window, marked)
     like = (window.ink & (likelier > _SETTINGS.plain)) | marked
     near = _in_line(window, like, scribble)
-    near |= _pieces_under(_grown(window.ink & (likelier > 0), window.half), scribble)
-    domain = window.ink & _grown(near & window.ink & ((likelier > 0) | marked), 2 * window.half)
-    edge = domain & _grown(window.ink & ~domain, 1.0)
+    near |= _pieces_under(_grow_mask(window.ink & (likelier > 0), window.half), scribble)
+    domain = window.ink & _grow_mask(near & window.ink & ((likelier > 0) | marked), 2 * window.half)
+    edge = domain & _grow_mask(window.ink & ~domain, 1.0)
     cost = np.where(window.ink, np.clip(likelier, -_SETTINGS.most, _SETTINGS.most) - _SETTINGS.stay, 0)
     sure = np.where(scribble, -1, np.where(edge | window.held, 1, 0)).astype(np.int8)
     gone = domain & ~field_cut(window.rgb, cost.astype(np.float32), domain, _WEIGHTS, sure)
-    gone &= _pieces_under(_grown(gone, 2 * window.half), scribble) | _in_line(window, gone, scribble)
+    gone &= _pieces_under(_grow_mask(gone, 2 * window.half), scribble) | _in_line(window, gone, scribble)
     return window.ink & ~gone & ~scribble
 
 
@@ -155,7 +155,7 @@ def _in_line(window: PageWindow, like: Bools, scribble: Bools) -> Bools:
 
     A rule, or the limb of a stain, is known by its direction; a round one has all directions alike.
     """
-    found = like & _pieces_under(_grown(like, window.half), scribble)
+    found = like & _pieces_under(_grow_mask(like, window.half), scribble)
     grid: Array = np.indices(like.shape).astype(np.float64)
     y, x = grid[0], grid[1]
     for _ in range(_SETTINGS.rounds):
@@ -166,7 +166,7 @@ def _in_line(window: PageWindow, like: Bools, scribble: Bools) -> Bools:
         dx, dy = np.linalg.eigh(np.cov(places.T))[1][:, 1].tolist()
         off = np.abs((places - [mx, my]) @ np.array([-dy, dx]))
         strip = np.abs((y - my) * dx - (x - mx) * dy) <= np.percentile(off, 95) + window.half
-        reached = like & strip & _pieces_under(_grown((like & strip) | found, window.x_height), scribble)
+        reached = like & strip & _pieces_under(_grow_mask((like & strip) | found, window.x_height), scribble)
         if not (reached & ~found).any():
             break
         found |= reached
@@ -238,7 +238,7 @@ def _darkest(values: Floats, half: float) -> Floats:
     )
 
 
-def _grown(mask: Bools, by: float) -> Bools:
+def _grow_mask(mask: Bools, by: float) -> Bools:
     import cv2
 
     if not mask.any():

@@ -78,15 +78,15 @@ def _neighbours(y: Indices, x: Indices, shape: tuple[int, int]) -> Indices:
     number = np.full((shape[0] + 2, shape[1] + 2), -1, dtype=np.int32)
     number[y + 1, x + 1] = np.arange(len(y))
 
-    def at(dy: int, dx: int) -> Indices:
+    def look_at(dy: int, dx: int) -> Indices:
         return np.asarray(number[y + 1 + dy, x + 1 + dx], dtype=np.intp)
 
     pairs = []
     for dy, dx in ((0, 1), (1, 0), (1, 1), (1, -1)):
-        other = at(dy, dx)
+        other = look_at(dy, dx)
         touching = other >= 0
         if dy and dx:
-            touching &= (at(0, dx) < 0) & (at(dy, 0) < 0)
+            touching &= (look_at(0, dx) < 0) & (look_at(dy, 0) < 0)
         pairs.append(np.stack([np.flatnonzero(touching), other[touching]], axis=1))
     return np.concatenate(pairs)
 
@@ -158,7 +158,7 @@ class _PathGraph:
         assert vertices is not None
         return vertices if end == 0 else vertices[::-1]
 
-    def put(self, path: int, end: int, vertices: list[int]) -> None:
+    def replace_vertices(self, path: int, end: int, vertices: list[int]) -> None:
         """Replace the vertices of a path, given from one of its ends on."""
         self.paths[path] = vertices if end == 0 else vertices[::-1]
 
@@ -244,7 +244,7 @@ def _separate(web: _PathGraph, junction: int, half: float) -> None:
     for end, strand in zip((ends[i], ends[j]), strands, strict=True):
         way = web.outward(*end)
         keep = min(reach, (len(way) - 1) // (3 if loop else 1))
-        web.put(*end, [zone[-1], *strand[::-1], *_straighten_path(web, strand, way, keep)])
+        web.replace_vertices(*end, [zone[-1], *strand[::-1], *_straighten_path(web, strand, way, keep)])
     _move_junction(web, junction, zone[-1], ends[k], outward[k][shared:], [ends[i], ends[j]])
 
 
@@ -284,7 +284,7 @@ def _move_junction(
     """Move a junction to the vertex `to` of its stem, of which `rest` is left."""
     del web.at[junction]
     if len(rest) > 1:
-        web.put(*stem, rest)
+        web.replace_vertices(*stem, rest)
         web.at[to] = [*others, stem]
         return
     web.paths[stem[0]] = None
@@ -303,7 +303,7 @@ def _merge_bridge(web: _PathGraph, number: int) -> None:
     for end in web.at[b]:
         if end[0] != number:
             way = web.outward(*end)
-            web.put(*end, [a, *way[1:]])
+            web.replace_vertices(*end, [a, *way[1:]])
     web.at[a] = [end for end in web.at[a] + web.at[b] if end[0] != number]
     del web.at[b]
     web.paths[number] = None

@@ -102,7 +102,7 @@ def find_text_lines(mask: NDArray[np.bool_], dpi: float, count: int | None = Non
     widest = _widest(extremes.left, traces, centre)
     lines = on_baselines(extremes, traces, centre, min(pitch, widest))
     if not count:
-        lines = _apart(lines, pitch)
+        lines = _keep_longer(lines, pitch)
     if not lines:
         return TextLines((), 0.0, 0.0, 0.0)
     if len(lines) > 1:
@@ -241,7 +241,7 @@ def _widest(edges: Array, traces: list[tuple[float, float]], centre: float) -> f
     return _OPEN * float(high - low)
 
 
-def _apart(lines: list[LineBaseline], pitch: float) -> list[LineBaseline]:
+def _keep_longer(lines: list[LineBaseline], pitch: float) -> list[LineBaseline]:
     """Of two lines in one place the longer."""
     separate: list[LineBaseline] = []
     for line in lines:

@@ -79,9 +79,9 @@ class PreparedScan:
     scale: Scale
     seconds: Mapping[str, float]
 
-    def turned(self, quarters: int) -> PreparedScan:
+    def turn_quarters(self, quarters: int) -> PreparedScan:
         """The page turned anticlockwise by a number of quarter turns."""
-        return prepare(self.scan.turned(quarters))
+        return prepare(self.scan.turn_quarters(quarters))
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,12 +117,12 @@ def prepare(source: Path | Scan, dpi: float | None = None, page: int | None = No
         Unreadable or too large; no resolution; nothing but paper.
     """
     seconds: dict[str, float] = {}
-    with _timed(seconds, "scan"):
+    with _time_step(seconds, "scan"):
         scan = crop(source if isinstance(source, Scan) else read_scan(Path(source), dpi, page))
-    with _timed(seconds, "paper"):
+    with _time_step(seconds, "paper"):
         paper = find_paper(scan)
         level = flatten(scan, paper)
-    with _timed(seconds, "inks"):
+    with _time_step(seconds, "inks"):
         inks = find_inks(level)
         scale = find_scale(level, inks)
     return PreparedScan(scan, paper, inks, scale, seconds)
@@ -150,16 +150,16 @@ def find_ink(
         Strokes too thin, nothing but specks.
     """
     scan, inks, seconds = prepared.scan, prepared.inks, dict(prepared.seconds)
-    with _timed(seconds, "density"):
+    with _time_step(seconds, "density"):
         level = flatten(scan, prepared.paper)
         density = find_density(level, inks, scale or prepared.scale)
-    with _timed(seconds, "mask"):
+    with _time_step(seconds, "mask"):
         try:
             mask = find_mask(level, inks, density, pen, method, paint)
         except InputError:
             refuse_false_resolution(stroke_width(hysteresis(density.values, density)), scan)
             raise
-    with _timed(seconds, "text lines"):
+    with _time_step(seconds, "text lines"):
         text_lines = find_text_lines(mask.ink, scan.dpi, lines)
     return Inked(prepared, density, mask, text_lines, seconds, pale_marks(level, inks, mask))
 
@@ -175,9 +175,9 @@ def finish(inked: Inked) -> WrittenPage:
     prepared, density, mask = inked.prepared, inked.density, inked.mask
     scan, seconds = prepared.scan, dict(inked.seconds)
     notes = (*check_writing_size(inked.text_lines, scan), *check_pale_marks(inked.pale, scan))
-    with _timed(seconds, "graph"):
+    with _time_step(seconds, "graph"):
         graph = find_line_graph(scan, mask, density)
-    with _timed(seconds, "matte"):
+    with _time_step(seconds, "matte"):
         matte = find_matte(scan, mask, prepared.inks, pale=inked.pale >= PALE)
     return WrittenPage(
         scan, prepared.paper, prepared.inks, density, mask, graph, matte, inked.text_lines, notes, seconds
@@ -226,7 +226,7 @@ def read_page(
 
 
 @contextmanager
-def _timed(seconds: dict[str, float], name: str) -> Iterator[None]:
+def _time_step(seconds: dict[str, float], name: str) -> Iterator[None]:
     begin = time.process_time()
     yield
     seconds[name] = time.process_time() - begin
@@ -251,7 +251,7 @@ def with_recorded_line(written: WrittenPage, strokes: Sequence[Stroke], *, timed
     scan = written.scan
     counts = [len(stroke.t) for stroke in strokes]
     uv = np.concatenate([stroke.xy for stroke in strokes]) / scan.pixel - 0.5 - np.array(scan.origin)
-    radius = _together([stroke.width for stroke in strokes]) / 2
+    radius = _join_parts([stroke.width for stroke in strokes]) / 2
     density = np.clip(mean_within(written.density.values, uv, radius / scan.pixel), 0, 2)
     first = np.cumsum([0, *counts[:-1]])
     edges = np.concatenate(
@@ -259,10 +259,10 @@ def with_recorded_line(written: WrittenPage, strokes: Sequence[Stroke], *, timed
     )
     graph = LineGraph((uv + 0.5) * scan.pixel, radius, density, uv, edges)
     held = {name: [getattr(stroke, name) for stroke in strokes] for name in POSE}
-    channels = {name: _together(parts) for name, parts in held.items() if all(part is not None for part in parts)}
+    channels = {name: _join_parts(parts) for name, parts in held.items() if all(part is not None for part in parts)}
     times = np.concatenate([stroke.t for stroke in strokes]) if timed else None
     return replace(written, graph=graph, moments=Moments(times, **channels))
 
 
-def _together(parts: Sequence[Array | None]) -> Array:
+def _join_parts(parts: Sequence[Array | None]) -> Array:
     return np.concatenate([part for part in parts if part is not None])

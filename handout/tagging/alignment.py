@@ -148,7 +148,7 @@ def align_strips(
     lines = read_transcript(transcript)
     if not strips:
         raise InputError("No lines of writing were found on the page: nothing can be aligned.")
-    reader = page_reader([strip.image for strip in strips], networks or network.shipped())
+    reader = page_reader([strip.image for strip in strips], networks or network.load_networks())
     texts, fits = assigned_to_lines(reader, lines, rng)
     with_text = [i for i, text in enumerate(texts) if text.letters]
     refuse_other_text([fits[i] for i in with_text], (len(strips), len(lines)))

@@ -110,7 +110,7 @@ class Held:
     gain: float = np.inf
 
 
-def read(
+def read_line(
     image: Image, log_posterior: NDArray[np.float32], log_prior: NDArray[np.float32], terms: Terms = TERMS
 ) -> ColumnReading:
     """The reading of one line from its image and the networks' probabilities of every described column."""
@@ -123,8 +123,8 @@ def read(
     ink_near = _heights(ink[ABOVE - _BODY_UP : ABOVE + _LOW])
     ink_far = _heights(ink[: ABOVE - _BODY_UP]) + _heights(ink[ABOVE + _LOW :])
     as_space = log_states[:, state(SPACE)] - terms.smudge * np.minimum(ink_near + 0.3 * ink_far, 2.5)
-    space = _summed(as_space)
-    return ColumnReading(_summed(log_states), space, space, np.append(border, terms.clear), terms=terms)
+    space = _sum_columns(as_space)
+    return ColumnReading(_sum_columns(log_states), space, space, np.append(border, terms.clear), terms=terms)
 
 
 def _heights(rows: NDArray[np.bool_]) -> Array:
@@ -133,7 +133,7 @@ def _heights(rows: NDArray[np.bool_]) -> Array:
     return np.add.reduceat(rows.sum(axis=0).astype(np.float64), starts) / STEP
 
 
-def _summed(each: Array) -> Array:
+def _sum_columns(each: Array) -> Array:
     return np.concatenate([np.zeros((1, *each.shape[1:])), np.cumsum(each, axis=0)])
 
 
@@ -152,7 +152,7 @@ def in_a_row(readings: Sequence[ColumnReading]) -> ColumnReading:
         space.append(np.diff(reading.space))
         gap.append(np.diff(reading.gap))
         border.append(reading.border)
-    sums = [_summed(np.concatenate(parts)) for parts in (letters, space, gap)]
+    sums = [_sum_columns(np.concatenate(parts)) for parts in (letters, space, gap)]
     return ColumnReading(sums[0], sums[1], sums[2], np.concatenate(border), tuple(lines), terms)
 
 

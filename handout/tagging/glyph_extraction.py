@@ -161,7 +161,7 @@ def extract_glyphs(
     joined = list(glyphs)
     for i, (a, b) in enumerate(pairwise(glyphs)):
         if a.word == b.word and a.line == b.line and b.at == a.at + 1:
-            joined[i] = replace(joined[i], after=i + 1, ligatures=joining.between(i, i + 1, a.line))
+            joined[i] = replace(joined[i], after=i + 1, ligatures=joining.ligatures_between(i, i + 1, a.line))
             joined[i + 1] = replace(b, before=i)
     return tuple(joined), tuple(missing)
 
@@ -179,7 +179,7 @@ def doubt_cropped_glyphs(
         return doubted, []
     names = [f"{glyph.letter} (line {glyph.line + 1})" for glyph, cut in zip(glyphs, cropped, strict=True) if cut]
     return doubted, [
-        f"{Path(scan.source).name}: the edge of the picture cuts {listed(names)}; kept as doubtful. Scan the whole "
+        f"{Path(scan.source).name}: the edge of the picture cuts {list_names(names)}; kept as doubtful. Scan the whole "
         "page, if there is more of it."
     ]
 
@@ -197,7 +197,7 @@ def reaches_edge(graph: LineGraph, shape: tuple[int, int], pixel: float) -> NDAr
     return np.asarray(room < np.maximum(graph.radius / pixel - 0.5, 0.5))
 
 
-def listed(names: Sequence[str]) -> str:
+def list_names(names: Sequence[str]) -> str:
     """Names in a row, no more than a note can bear."""
     more = f" and {len(names) - _LISTED} more" if len(names) > _LISTED else ""
     return ", ".join(names[:_LISTED]) + more

@@ -137,7 +137,7 @@ class InkExchange:
         self._known = np.array(sorted(self._sets), dtype=np.intp)
         self._row = {number: row for row, number in enumerate(self._known.tolist())}
         features, known = self._features[self._known], [self._names[i] for i in self._known]
-        self._siblings = Siblings(outlier_score.shipped(), features, known)
+        self._siblings = Siblings(outlier_score.load_model(), features, known)
         self._seen = self._odd[self._known]
         self._usual = usual_surprise(self._seen, known, self._readable[self._known])
         self._right = self._siblings.right(np.arange(len(features)), features, self._seen - self._usual)
@@ -148,7 +148,7 @@ class InkExchange:
 
     def strange(self) -> dict[int, float]:
         """Letter → how unlike its siblings it is, in shape and as it reads alone (`vetting.strange_score`)."""
-        model = outlier_score.shipped()
+        model = outlier_score.load_model()
         shapes = (self._siblings.evidence() @ model.weights + model.bias) * self._siblings.trust
         score = shapes + outlier_score.READING * (self._seen - self._usual)
         return dict(zip(self._known.tolist(), score.tolist(), strict=True))
@@ -157,7 +157,9 @@ class InkExchange:
         """(k,) the vertices of a letter, rising; none of one that is not there."""
         return self._sets.get(letter, np.zeros(0, dtype=np.intp))
 
-    def corrected(self, changed: Mapping[int, tuple[int, Indices]], held: frozenset[int], begin: set[int]) -> set[int]:
+    def take_corrections(
+        self, changed: Mapping[int, tuple[int, Indices]], held: frozenset[int], begin: set[int]
+    ) -> set[int]:
         """Take letters as a person corrected them, and let their neighbours exchange ink; which letters did.
 
         changed : letter → its line, and its vertices, none where it is not there any more.
@@ -179,7 +181,7 @@ class InkExchange:
         self._compare()
         if len(self._names) < SETTINGS.least or not begin:
             return set()
-        gave = self._settled({one for pair in pairwise(self._sets) if begin & set(pair) for one in pair})
+        gave = self._settle_offers({one for pair in pairwise(self._sets) if begin & set(pair) for one in pair})
         if gave:
             self._odd[self._known] = self._seen
             self._compare()
@@ -188,9 +190,9 @@ class InkExchange:
     def settle(self) -> int:
         """Exchange ink until nothing gains enough; how often any was."""
         beside = {one for pair in pairwise(self._sets) if self._held & set(pair) for one in pair}
-        return len(self._settled(beside if self._held else set(self._sets)))
+        return len(self._settle_offers(beside if self._held else set(self._sets)))
 
-    def _settled(self, touched: set[int]) -> set[int]:
+    def _settle_offers(self, touched: set[int]) -> set[int]:
         every: set[int] = set()
         for _ in range(SETTINGS.rounds):
             touched = self._round(touched)
@@ -211,7 +213,7 @@ class InkExchange:
         if not offers:
             return set()
         gains = self._gains(offers)
-        value = gains - SETTINGS.torn * np.array([self._torn(offer) for offer in offers])
+        value = gains - SETTINGS.torn * np.array([self._count_tears(offer) for offer in offers])
         done: set[int] = set()
         for number in np.argsort(-value, kind="stable").tolist():
             offer = offers[number]
@@ -220,7 +222,7 @@ class InkExchange:
                 done |= {offer.giver, offer.taker}
         return done
 
-    def _torn(self, offer: _Offer) -> int:
+    def _count_tears(self, offer: _Offer) -> int:
         """At how many places more the pen's line is cut between two letters once an offer is made."""
         owners = self.letter.copy()
         owners[offer.vertices] = NOBODY
@@ -235,7 +237,7 @@ class InkExchange:
         features = features_of(self._sheet, self._lines[both], [self._sets[number] for number in both])
         self._features[both] = features
         rows = np.array([self._row[number] for number in both])
-        self._seen[rows] = self._credited(np.array(both), [self._sets[number] for number in both])
+        self._seen[rows] = self._credit_readings(np.array(both), [self._sets[number] for number in both])
         self._right[rows] = self._siblings.right(rows, features, self._seen[rows] - self._usual[rows])
 
     def _surprises(self, numbers: Indices, sets: Sequence[Indices]) -> Array:
@@ -246,7 +248,7 @@ class InkExchange:
         found[read] = surprises(self._reader, seen, [self._names[numbers[k]] for k in read])
         return found
 
-    def _credited(self, numbers: Indices, sets: Sequence[Indices]) -> Array:
+    def _credit_readings(self, numbers: Indices, sets: Sequence[Indices]) -> Array:
         """The same, where reading less oddly than now counts only if it is read as nothing else any more."""
         rows = [self._row[number] for number in numbers.tolist()]
         now, then = self._seen[rows], self._surprises(numbers, sets)
@@ -267,13 +269,13 @@ class InkExchange:
             for numbers, sets in zip(letters.T, (left, grown), strict=True)
         ]
         strange = -self._usual[rows]
-        gains = self._gained(rows, features, strange)
+        gains = self._measure_gain(rows, features, strange)
         read = np.flatnonzero(gains >= SETTINGS.margin)
         for side, sets in enumerate((left, grown)):
-            strange[side, read] += self._credited(letters[read, side], [sets[k] for k in read.tolist()])
-        return self._gained(rows, features, strange)
+            strange[side, read] += self._credit_readings(letters[read, side], [sets[k] for k in read.tolist()])
+        return self._measure_gain(rows, features, strange)
 
-    def _gained(self, rows: Indices, features: Sequence[Array], strange: Array) -> Array:
+    def _measure_gain(self, rows: Indices, features: Sequence[Array], strange: Array) -> Array:
         """(k,): what givers and takers (rows, 2 × k) gain together; 0 if not each of them does."""
         giver, taker = (
             self._siblings.right(*side) - self._right[side[0]] for side in zip(rows, features, strange, strict=True)
@@ -288,27 +290,27 @@ class InkExchange:
         touching = np.unique(np.sort(crossing, axis=1), axis=0)
         for first, second in [*beside, *((a, b) for a, b in touching.tolist() if self._lines[a] != self._lines[b])]:
             if {first, second} & letters and not {first, second} & self._held:
-                yield from self._offered(first, second)
-                yield from self._offered(second, first)
+                yield from self._make_offers(first, second)
+                yield from self._make_offers(second, first)
 
-    def _offered(self, giver: int, taker: int) -> Iterator[_Offer]:
+    def _make_offers(self, giver: int, taker: int) -> Iterator[_Offer]:
         own = self._sets[giver]
         inner = self._graph[own][:, own]
         most = (1 - SETTINGS.kept) * self._length[own].sum()
         chosen: set[bytes] = set()
-        for part in (*self._near(own, inner, taker), *self._pieces(own, inner, taker)):
+        for part in (*self._find_near_contact(own, inner, taker), *self._pieces(own, inner, taker)):
             vertices = own[part]
             if 0 < len(vertices) < len(own) and self._length[vertices].sum() <= most and part.tobytes() not in chosen:
                 chosen.add(part.tobytes())
                 yield _Offer(giver, taker, vertices)
 
-    def _near(self, own: Indices, inner: csr_matrix, taker: int) -> Iterator[Array]:
+    def _find_near_contact(self, own: Indices, inner: csr_matrix, taker: int) -> Iterator[Array]:
         """(k,) bool: what lies near the places where a letter meets its taker."""
         rows = self._graph[own]
         meets = np.flatnonzero(np.add.reduceat(np.r_[self.letter[rows.indices] == taker, False], rows.indptr[:-1]) > 0)
         touching = bool(len(meets))
         if not touching:
-            gap = self._away(own, taker)
+            gap = self._measure_distance(own, taker)
             if gap.min() > SETTINGS.beside:
                 return
             meets = np.array([gap.argmin()])
@@ -326,17 +328,17 @@ class InkExchange:
         count, piece = connected_components(inner, directed=False)
         if count == 1:
             return
-        size, gap = np.bincount(piece, self._length[own]), self._away(own, taker)
+        size, gap = np.bincount(piece, self._length[own]), self._measure_distance(own, taker)
         for number in np.flatnonzero(size < SETTINGS.piece).tolist():
             if gap[piece == number].min() < SETTINGS.beside:
                 yield np.asarray(piece == number)
 
-    def _away(self, own: Indices, taker: int) -> Array:
+    def _measure_distance(self, own: Indices, taker: int) -> Array:
         """(k,): how far each vertex of a letter lies from its taker's ink, across or up."""
         return np.asarray(cKDTree(self._place[self._sets[taker]]).query(self._place[own], p=np.inf)[0])
 
 
-def exchanged(
+def exchange_ink(
     sheet: ScannedPage, alignment: Alignment, letters: Indices, held: frozenset[int] = frozenset()
 ) -> Indices:
     """(n,): the letter of each vertex, given as indices in `Alignment.letters`, after letters have exchanged ink.

@@ -77,7 +77,7 @@ def assign_letters(graph: LineGraph, alignment: Alignment, owner: NDArray[np.int
     first = 0
     for line in alignment.lines:
         vertices = np.flatnonzero(np.asarray(owner) == line.number)
-        of_line = _Line(graph, line, vertices).assigned()
+        of_line = _Line(graph, line, vertices).assign_vertices()
         letter[vertices] = np.where(of_line >= 0, of_line + first, NOBODY)
         first += len(line.letters)
     a, b = graph.edges.T
@@ -109,8 +109,9 @@ class _Line:
             return np.full(len(self.u), NOBODY)
         before = self.left[None] - self.u[:, None]
         after = self.u[:, None] - self.right[None]
-        # how far each vertex lies above or below what each letter reaches (n, letters)
-        low, high = np.array([_reach(name) for name in self.names]).T
+        # how far each vertex lies above or below what each letter reaches (n, letters); what is there is another's
+        low = np.array([_SETTINGS.lowest if name in NEVER_DESCENDING else -np.inf for name in self.names])
+        high = np.array([_SETTINGS.highest if name in NOT_ASCENDING else np.inf for name in self.names])
         beyond = np.maximum(np.maximum(self.up[:, None] - high, low - self.up[:, None]), 0)
         away = np.maximum(np.maximum(before, after), 0) + beyond
         away = np.where(self.present, away, np.inf)
@@ -118,7 +119,7 @@ class _Line:
         paths = branches(self.edges, len(self.u))
         # where strokes meet, they settle together which letter that is; then each is cut knowing its ends
         votes_at: dict[int, list[int]] = {}
-        for path, letters in zip(paths, self._cut(paths, nearest, away), strict=True):
+        for path, letters in zip(paths, self._cut_paths(paths, nearest, away), strict=True):
             for end in (0, -1):
                 votes_at.setdefault(int(path[end]), []).append(int(letters[end]))
         settled = nearest.copy()
@@ -127,11 +128,11 @@ class _Line:
         pinned = np.where(np.arange(away.shape[1]) == settled[:, None], away, _NEVER)
         meetings = np.array(sorted(votes_at), dtype=np.intp)
         away[meetings] = pinned[meetings]
-        for path, letters in zip(paths, self._cut(paths, settled, away), strict=True):
+        for path, letters in zip(paths, self._cut_paths(paths, settled, away), strict=True):
             settled[path] = letters
         return settled
 
-    def _cut(self, paths: Sequence[Indices], nearest: Indices, away: Array) -> Iterator[Indices]:
+    def _cut_paths(self, paths: Sequence[Indices], nearest: Indices, away: Array) -> Iterator[Indices]:
         """The letter of every vertex of each path: cut seldom, and little outside the letters' columns."""
         for path in paths:
             letters = np.unique(nearest[path])
@@ -141,7 +142,7 @@ class _Line:
             run = np.hypot(np.diff(self.u[path]), np.diff(self.up[path])).mean()
             yield letters[_fewest_cuts(away[np.ix_(path, letters)] ** 2 * run)]
 
-    def assigned(self) -> Indices:
+    def assign_vertices(self) -> Indices:
         """(n,) the letter of each vertex, −1 for none."""
         if not len(self.u) or not self.present.any():
             return np.full(len(self.u), NOBODY)
@@ -200,19 +201,15 @@ class _Line:
                 inside = self.column[a] == self.column[b]
         piece = _pieces(self.edges[inside], len(self.u))
         holder = np.full(int(piece.max()) + 1, NOBODY)
-        for number in np.flatnonzero(self._lengths(piece, inside) >= _SETTINGS.length):
+        a, b = self.edges[inside].T
+        steps = np.hypot(self.u[a] - self.u[b], self.up[a] - self.up[b])
+        for number in np.flatnonzero(np.bincount(piece[a], steps, minlength=len(holder)) >= _SETTINGS.length):
             holder[number] = self.column[np.argmax(piece == number)]
         for letter, vertex in anchors.items():
             holder[piece[vertex]] = letter
         across = piece[self.edges[~inside]]
         _follow(holder, across)
         return holder[piece]
-
-    def _lengths(self, piece: Indices, inside: NDArray[np.bool_]) -> Array:
-        """Length of the line of each piece."""
-        a, b = self.edges[inside].T
-        steps = np.hypot(self.u[a] - self.u[b], self.up[a] - self.up[b])
-        return np.asarray(np.bincount(piece[a], steps, minlength=int(piece.max()) + 1), dtype=np.float64)
 
     def _free(self, component: NDArray[np.bool_]) -> int:
         """The letter that a component without any letter of its own belongs to: a dot, a bar, an accent, a speck."""
@@ -225,12 +222,6 @@ class _Line:
         elif height <= _SETTINGS.high and middle < self.left[self.present].min():
             return int(np.flatnonzero(self.present)[0])
         return int(away.argmin())
-
-
-def _reach(name: str) -> tuple[float, float]:
-    """How far down and up a letter reaches; loops and stems beyond that are another's."""
-    lowest = _SETTINGS.lowest if name in NEVER_DESCENDING else -np.inf
-    return lowest, _SETTINGS.highest if name in NOT_ASCENDING else np.inf
 
 
 def _fewest_cuts(cost: Array) -> Indices:

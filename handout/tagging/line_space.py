@@ -47,7 +47,7 @@ _MARGIN = 40  # columns of paper on both sides
 _SLANTS = np.arange(-0.3, 1.21, 0.05)
 
 
-def thinned(image: Image) -> NDArray[np.float32]:
+def thin_image(image: Image) -> NDArray[np.float32]:
     """(HEIGHT, w) float32, 1 on the middle of every stroke, 0 elsewhere."""
     from skimage.morphology import skeletonize
 
@@ -91,7 +91,7 @@ def describe(image: Image, columns: Indices | None = None) -> Image:
     image = np.asarray(image)
     if image.ndim != 2 or image.shape[0] != HEIGHT:
         raise ValueError(f"expected ({HEIGHT}, w), got {image.shape}")
-    channels = directions(np.pad(thinned(image), ((0, 0), (_REACH, _REACH))))
+    channels = directions(np.pad(thin_image(image), ((0, 0), (_REACH, _REACH))))
     roots = np.sqrt(np.maximum(channels[:, _ROWS], 0)) * _SCALE
     quantised = np.minimum(roots + 0.5, 255).astype(np.uint8)
     described = np.arange(column_count(image)) if columns is None else columns
@@ -204,9 +204,9 @@ def strips(mask: NDArray[np.bool_], frames: Sequence[LineFrame], slant: float | 
     spans = [(int(of_line[0]), int(of_line[-1]) + 1) if len(of_line) else (0, 0) for of_line in rows]
     inks = [(owners[top:bottom] == i, top) for i, (top, bottom) in enumerate(spans)]
     if slant is None:
-        flat = [straightened(*ink, replace(frame, slant=0.0)) for ink, frame in zip(inks, frames, strict=True)]
+        flat = [straighten_line(*ink, replace(frame, slant=0.0)) for ink, frame in zip(inks, frames, strict=True)]
         slant = median_slant([strip.image for strip in flat])
-    return [straightened(*ink, replace(frame, slant=slant)) for ink, frame in zip(inks, frames, strict=True)]
+    return [straighten_line(*ink, replace(frame, slant=slant)) for ink, frame in zip(inks, frames, strict=True)]
 
 
 def median_slant(images: Sequence[Image]) -> float:
@@ -224,7 +224,7 @@ def median_slant(images: Sequence[Image]) -> float:
     return float(np.median(slants))
 
 
-def straightened(ink: NDArray[np.bool_], first: int, frame: LineFrame) -> LineStrip:
+def straighten_line(ink: NDArray[np.bool_], first: int, frame: LineFrame) -> LineStrip:
     """The ink of one line, rows of the page from `first` on, in line space; `frame.left` is where the strip begins."""
     import cv2
 

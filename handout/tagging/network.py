@@ -53,7 +53,7 @@ class LabelledColumns:
         return len(self.states)
 
 
-def joined(parts: Sequence[LabelledColumns]) -> LabelledColumns:
+def join_columns(parts: Sequence[LabelledColumns]) -> LabelledColumns:
     """All columns in one."""
     return LabelledColumns(np.concatenate([p.features for p in parts]), np.concatenate([p.states for p in parts]))
 
@@ -84,12 +84,12 @@ class RectifierNetwork:
         return log_softmax(np.asarray(x @ self.weights[-1] + self.biases[-1], dtype=np.float32))
 
 
-def averaged(each: Sequence[Floats]) -> Floats:
+def average_logs(each: Sequence[Floats]) -> Floats:
     """(n, states) log of the mean of several networks' probabilities, given their logarithms."""
     return np.asarray(np.logaddexp.reduce(each, axis=0) - np.float32(np.log(len(each))))
 
 
-def untrained(columns: LabelledColumns, widths: Floats, hidden: int, rng: np.random.Generator) -> RectifierNetwork:
+def start_network(columns: LabelledColumns, widths: Floats, hidden: int, rng: np.random.Generator) -> RectifierNetwork:
     """A network with random weights, scaled for training on these columns; `widths` as in `RectifierNetwork`."""
     count = len(LETTERS) * THIRDS
     sizes = (COUNT, hidden, hidden, count)
@@ -110,7 +110,7 @@ def untrained(columns: LabelledColumns, widths: Floats, hidden: int, rng: np.ran
 
 
 @one_thread
-def trained(
+def train_network(
     network: RectifierNetwork,
     columns: LabelledColumns,
     *,
@@ -204,6 +204,6 @@ def load(path: Path) -> RectifierNetwork:
 
 
 @lru_cache(maxsize=1)
-def shipped() -> tuple[RectifierNetwork, ...]:
+def load_networks() -> tuple[RectifierNetwork, ...]:
     """The networks that handout comes with."""
     return tuple(load(path) for path in sorted((Path(__file__).resolve().parent / "networks").glob("*.npz")))

@@ -48,7 +48,10 @@ def find_turn(inked: Inked, transcript: str, rng: np.random.Generator) -> int:
         fit_as_is = max(fit_as_is, page_fit(ink, dpi, find_text_lines(ink, dpi, len(lines)), lines, rng))
     if fit_as_is >= REFUSED:
         return 0
-    gutter, breadth = find_gutter(ink, dpi), _breadth(inked, lines)
+    gutter, breadth = find_gutter(ink, dpi), 1.0
+    if inked.text_lines.lines:  # of the page's letters against the usual ones if this were its text
+        straight = strips(inked.mask.ink, frames_of(inked.text_lines, inked.prepared.scan.pixel))
+        breadth = text_breadth(straight, lines)
     # lines of two pages, or of another amount of text, may be those of a page that lies on its side, and no others
     sideways_only = gutter is not None or not _MUCH <= breadth <= _LITTLE
     best, quarters = _best(ink, dpi, lines, rng, (1, 3) if sideways_only else (2, 1, 3))
@@ -88,14 +91,6 @@ def _best(
         if best[0] >= _SURE:
             break
     return best
-
-
-def _breadth(inked: Inked, lines: Sequence[TranscriptLine]) -> float:
-    """How broad the page's letters would be against the usual ones if this were its text; 1 without lines."""
-    if not inked.text_lines.lines:
-        return 1.0
-    straight = strips(inked.mask.ink, frames_of(inked.text_lines, inked.prepared.scan.pixel))
-    return text_breadth(straight, lines)
 
 
 def _reason(

@@ -4,7 +4,7 @@ What the networks read on a line, the lines themselves, the features of the lett
 out once (`warm`).  A correction then asks for little: the words beside it are laid along what was read, between letters
 that stay; ink that this sets free is assigned within these words; neighbours of what was confirmed exchange ink; and
 letters of the names that changed are compared with their siblings anew.  The networks learn nothing here:
-`relearning.realigned` does that, in a quarter of a minute, and its page takes the place of this one.
+`relearning.realign_page` does that, in a quarter of a minute, and its page takes the place of this one.
 
 Source: own method.
 """
@@ -26,7 +26,7 @@ from handout.networks import Floats
 from handout.scanning.text_lines import line_owners
 from handout.tagging import network
 from handout.tagging.alignment import AlignedLine, Alignment, aligned_letters
-from handout.tagging.decoder import ColumnReading, Decoded, Held, decode, read
+from handout.tagging.decoder import ColumnReading, Decoded, Held, decode, read_line
 from handout.tagging.glyph_extraction import letters_within_reach
 from handout.tagging.ink_exchange import InkExchange
 from handout.tagging.letter_assignment import assign_letters
@@ -34,15 +34,14 @@ from handout.tagging.line_space import (
     STEP,
     X_HEIGHT,
     Image,
-    LineFrame,
     LineStrip,
     column_count,
     describe,
     lines_at,
-    straightened,
+    straighten_line,
     strips,
 )
-from handout.tagging.network import averaged
+from handout.tagging.network import average_logs
 from handout.tagging.relearning import held_letters, line_frames, line_texts, page_ink, with_page
 from handout.tagging.segmentation import confidence, usual_widths
 from handout.tagging.transcript import TranscriptLine
@@ -78,7 +77,7 @@ class _Touched:
 
 
 @dataclass(frozen=True, eq=False)
-class _Window:
+class _LineWindow:
     """Part of a line: letters `first` up to `stop` of its text, and between which pixels of its strip they lie.
 
     fixed, free : of its letters those that keep their ink, and those that get it anew.
@@ -107,7 +106,7 @@ class PageAligner:
         frames = line_frames(page)
         self._line_of = lines_at(line_owners(self._ink, frames), page.graph.uv)
         self._strips = strips(self._ink, frames)
-        self._networks = network.shipped()
+        self._networks = network.load_networks()
         self._widths: dict[str, float] = {}
         self._columns: dict[int, list[Floats]] = {}
         self._readings: dict[int, list[ColumnReading]] = {}
@@ -128,12 +127,12 @@ class PageAligner:
         """Work out a part of what will be asked for, of page `number` of its hand; whether there is more."""
         for line in range(len(self._strips)):
             if line not in self._readings:
-                self._read(line)
+                self._read_line(line)
                 return True
         self._compare_letters(_by_place(_on_page(hand, number)))
         return False
 
-    def aligned(self, before: ScannedHand, after: ScannedHand, number: int) -> Renewed:
+    def align_correction(self, before: ScannedHand, after: ScannedHand, number: int) -> Renewed:
         """A hand after a correction, with what that means for the words around it.
 
         Parameters
@@ -152,7 +151,8 @@ class PageAligner:
         texts, loose = self._texts(own), [glyph for glyph in own if glyph.at < 0]
         for line in sorted({one.line for one in touched if texts[one.line].letters}):
             here = [one for one in touched if one.line == line]
-            drafts = _update_drafts(drafts, self._line(line, texts[line], drafts, loose, here))
+            found = {**drafts, **self._line(line, texts[line], drafts, loose, here)}
+            drafts = {at: glyph for at, glyph in found.items() if glyph is not None}  # some are not there any more
         drafts = self._exchange_ink(known, drafts)
         return Renewed(_with_letters(after, number, drafts), self._probability(inks, drafts))
 
@@ -199,9 +199,13 @@ class PageAligner:
             if line not in bent and not ((rows >= top) & (rows < low)).any():
                 continue
             near = [i for i in range(len(frames)) if abs(middle[i] - middle[line]) < 2 * (low - top)]
-            owners = line_owners(ink[top:low], [_lift_frame(frames[i], top) for i in near])
+            bases = [frames[i].baseline for i in near]
+            lifted = [
+                replace(frames[i], baseline=(base[0] - top, *base[1:])) for i, base in zip(near, bases, strict=True)
+            ]
+            owners = line_owners(ink[top:low], lifted)
             frame = replace(frames[line], slant=strip.frame.slant)
-            again = straightened(owners == near.index(line), top, frame)
+            again = straighten_line(owners == near.index(line), top, frame)
             if not np.array_equal(again.image, strip.image):
                 self._strips[line] = again
                 self._readings.pop(line, None)
@@ -210,7 +214,7 @@ class PageAligner:
                 else:
                     self._columns.pop(line, None)
 
-    def _read(self, line: int) -> list[ColumnReading]:
+    def _read_line(self, line: int) -> list[ColumnReading]:
         """What each network reads on a line, and last what they read together."""
         image = self._strips[line].image
         if line not in self._columns:
@@ -218,7 +222,7 @@ class PageAligner:
         if line not in self._readings:
             each = self._columns[line]
             prior = np.mean([one.log_prior for one in self._networks], axis=0)
-            self._readings[line] = [read(image, posterior, prior) for posterior in (*each, averaged(each))]
+            self._readings[line] = [read_line(image, posterior, prior) for posterior in (*each, average_logs(each))]
         return self._readings[line]
 
     def _look(self, image: Image) -> list[Floats]:
@@ -272,7 +276,7 @@ class PageAligner:
         return found
 
     def _decode_window(
-        self, line: int, text: TranscriptLine, held: Mapping[int, Held], window: _Window
+        self, line: int, text: TranscriptLine, held: Mapping[int, Held], window: _LineWindow
     ) -> list[Decoded]:
         """The window laid along what each network reads there, and last along what they read together."""
         begin, end = int(np.ceil(window.left / STEP)), int(window.right / STEP)
@@ -283,10 +287,12 @@ class PageAligner:
             if window.first <= i < window.stop
         }
         letters = text.letters[window.first : window.stop]
-        found = (decode(_part(reading, begin, end), letters, self._widths, inside) for reading in self._read(line))
+        found = (decode(_part(reading, begin, end), letters, self._widths, inside) for reading in self._read_line(line))
         return [replace(one, left=one.left + away, right=one.right + away) for one in found]
 
-    def _assign_ink(self, aligned: AlignedLine, closed: Sequence[ScannedGlyph], window: _Window) -> dict[int, Indices]:
+    def _assign_ink(
+        self, aligned: AlignedLine, closed: Sequence[ScannedGlyph], window: _LineWindow
+    ) -> dict[int, Indices]:
         """Letter → its vertices, of a window; `closed` keep theirs, and letters that are not `present` get none."""
         graph, open_ = self._page.graph, self._line_of == aligned.number
         open_[self._page.dismissed] = False
@@ -323,7 +329,7 @@ class PageAligner:
         now = {number for number in held if number in changed or number not in before}
         if not changed and not now:
             return drafts
-        gave = exchange.corrected(changed, held, now)
+        gave = exchange.take_corrections(changed, held, now)
         ink_of = {self._letters[number]: exchange.ink(number) for number in gave}
         return {**drafts, **{at: replace(drafts[at], vertices=ink, ligatures=()) for at, ink in ink_of.items()}}
 
@@ -371,11 +377,6 @@ def _renumber_vertices(was: ScannedPage, letters: Drafts, page: ScannedPage) -> 
     return {at: np.sort(vertices[vertices != NOBODY]) for at, vertices in new.items()}
 
 
-def _update_drafts(drafts: Drafts, found: Mapping[int, ScannedGlyph | None]) -> Drafts:
-    """Letters with those that are others now; None: one that is not there any more."""
-    return {at: glyph for at, glyph in {**drafts, **found}.items() if glyph is not None}
-
-
 def _find_touched(
     was: ScannedPage, old: Sequence[ScannedGlyph], is_: ScannedPage, new: Sequence[ScannedGlyph]
 ) -> Iterator[_Touched]:
@@ -398,7 +399,7 @@ def _ink_of(glyph: ScannedGlyph | None) -> tuple[int, Indices]:
     return (0, np.zeros(0, dtype=np.intp)) if glyph is None else (glyph.line, glyph.vertices)
 
 
-def _alike(one: ScannedGlyph | None, other: ScannedGlyph | None) -> bool:
+def _are_alike(one: ScannedGlyph | None, other: ScannedGlyph | None) -> bool:
     if one is None or other is None:
         return one is other
     return np.array_equal(one.vertices, other.vertices)
@@ -406,9 +407,9 @@ def _alike(one: ScannedGlyph | None, other: ScannedGlyph | None) -> bool:
 
 def _window(
     strip: LineStrip, text: TranscriptLine, held: Mapping[int, Held], touched: Sequence[_Touched]
-) -> _Window | None:
+) -> _LineWindow | None:
     """Whole words of a line around what was touched, one more on either side; None where there is no room."""
-    near = _near(strip, text, held, touched)
+    near = _letters_near(strip, text, held, touched)
     if not near:
         return None
     spaces = [-1, *(i for i, letter in enumerate(text.letters) if letter == SPACE), len(text.letters)]
@@ -417,10 +418,12 @@ def _window(
     first, stop = spaces[max(begin - 1, 0)] + 1, spaces[min(end + 1, len(spaces) - 1)]
     left = max((hold.right for i, hold in held.items() if i < first), default=0.0)
     right = min((hold.left for i, hold in held.items() if i >= stop), default=float(strip.image.shape[1]))
-    return _Window(first, stop, left, right) if right - left > 2 * STEP else None
+    return _LineWindow(first, stop, left, right) if right - left > 2 * STEP else None
 
 
-def _near(strip: LineStrip, text: TranscriptLine, held: Mapping[int, Held], touched: Sequence[_Touched]) -> list[int]:
+def _letters_near(
+    strip: LineStrip, text: TranscriptLine, held: Mapping[int, Held], touched: Sequence[_Touched]
+) -> list[int]:
     """The letters of a line that were touched, or lie beside that."""
     ats, u = {one.at for one in touched}, strip.frame.to_line(np.concatenate([one.uv for one in touched]))[:, 0]
     low, high = float(u.min()) - _BESIDE * X_HEIGHT, float(u.max()) + _BESIDE * X_HEIGHT
@@ -429,8 +432,8 @@ def _near(strip: LineStrip, text: TranscriptLine, held: Mapping[int, Held], touc
 
 
 def _divide_window(
-    text: TranscriptLine, held: Mapping[int, Held], window: _Window, best: Decoded, drafts: Drafts
-) -> _Window:
+    text: TranscriptLine, held: Mapping[int, Held], window: _LineWindow, best: Decoded, drafts: Drafts
+) -> _LineWindow:
     """The window with which of its letters keep their ink: those that are confirmed, or lie where they lay."""
     fixed: list[int] = []
     free: list[int] = []
@@ -450,11 +453,6 @@ def _part(reading: ColumnReading, begin: int, end: int) -> ColumnReading:
     return ColumnReading(
         reading.letters[rows], reading.space[rows], reading.gap[rows], reading.border[rows], terms=reading.terms
     )
-
-
-def _lift_frame(frame: LineFrame, rows: int) -> LineFrame:
-    """A frame in a picture that begins so many rows further down."""
-    return replace(frame, baseline=(frame.baseline[0] - rows, *frame.baseline[1:]))
 
 
 def _match_vertices(uv: Array, again: Array) -> Indices:
@@ -481,7 +479,7 @@ def _with_letters(hand: ScannedHand, number: int, drafts: Drafts) -> ScannedHand
     if all(drafts.get(at) is old.get(at) for at in {*drafts, *old}):
         return hand
     glyphs, ats = _place_glyphs(hand, number, drafts)
-    inked = {at for at in {*old, *drafts} if not _alike(old.get(at), drafts.get(at))}
+    inked = {at for at in {*old, *drafts} if not _are_alike(old.get(at), drafts.get(at))}
     place = {at: i for i, at in enumerate(ats)}
     owner = np.full(len(page.graph), NOBODY)
     for i, glyph in enumerate(glyphs):
@@ -508,7 +506,7 @@ def _place_glyphs(hand: ScannedHand, number: int, drafts: Drafts) -> tuple[list[
 
 def _renumber_neighbours(glyph: ScannedGlyph, number: Mapping[int, int]) -> ScannedGlyph:
     """A glyph whose neighbours have other numbers; where the next is gone nothing leads there."""
-    moved = glyph.beside({n: number.get(n, NOBODY) for n in (glyph.before, glyph.after)})
+    moved = glyph.with_neighbours({n: number.get(n, NOBODY) for n in (glyph.before, glyph.after)})
     return moved if moved.after != NOBODY or not moved.ligatures else replace(moved, ligatures=())
 
 
@@ -522,5 +520,5 @@ def _join(glyphs: list[ScannedGlyph], i: int, second: int | None, joining: Ligat
         glyphs[one.after] = replace(glyphs[one.after], before=NOBODY)
     if other.before not in (NOBODY, i):
         glyphs[other.before] = replace(glyphs[other.before], after=NOBODY, ligatures=())
-    glyphs[i] = replace(one, after=second, ligatures=joining.between(i, second, one.line))
+    glyphs[i] = replace(one, after=second, ligatures=joining.ligatures_between(i, second, one.line))
     glyphs[second] = replace(glyphs[second], before=i)

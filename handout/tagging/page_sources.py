@@ -132,7 +132,9 @@ def gather_sources(
     check_dpi(dpi)
     pages = chosen_pages(names)
     if len(texts) > len(pages):
-        raise InputError(f"{_counted(len(texts), 'text')} for {_counted(len(pages), 'page')}: {_ONE_EACH}.")
+        raise InputError(
+            f"{_count_in_words(len(texts), 'text')} for {_count_in_words(len(pages), 'page')}: {_ONE_EACH}."
+        )
     remaining, sources, source_of = list(texts), list[PageSource](), dict[bytes, str]()
     for path, page in pages:
         picture = read_picture(path, page)
@@ -147,7 +149,11 @@ def gather_sources(
         has_text = len(texts) == len(pages) or (sheet is None and bool(remaining))
         if sheet is None and not has_text:
             refuse_mirrored(picture)
-            raise InputError(_missing_text(picture.source, len(texts), len(pages)))
+            counts = f"{_count_in_words(len(texts), 'text')} for {_count_in_words(len(pages), 'page')}: {_ONE_EACH}"
+            raise InputError(
+                f"{picture.source}: what is written on it? Give its text with --text{f' ({counts})' if texts else ''}; "
+                "only sheets made with `handout hand prompt` say it themselves."
+            )
         text = remaining.pop(0)[1] if has_text else sheet.transcript if sheet else ""
         sources.append(PageSource(sheet.prepared if sheet else _prepare_plain(picture, dpi, say), text))
     if remaining:
@@ -157,16 +163,8 @@ def gather_sources(
     return sources
 
 
-def _counted(count: int, name: str) -> str:
+def _count_in_words(count: int, name: str) -> str:
     return units.count(count, name)
-
-
-def _missing_text(source: str, texts: int, pages: int) -> str:
-    counts = f" ({_counted(texts, 'text')} for {_counted(pages, 'page')}: {_ONE_EACH})" if texts else ""
-    return (
-        f"{source}: what is written on it? Give its text with --text{counts}; only sheets made with `handout "
-        "hand prompt` say it themselves."
-    )
 
 
 def _prepare_plain(picture: FilePicture, dpi: float | None, say: Say) -> PreparedScan:
@@ -235,12 +233,13 @@ def _tag_source(
     turn = 0 if source.movements else find_turn(inked, source.transcript, rng.spawn(1)[0])
     if turn:
         say(f"  the page lies {orientation_name(turn)}: turned upright")
-        inked = find_ink(source.prepared.turned(turn), pen, scale=scale)
+        inked = find_ink(source.prepared.turn_quarters(turn), pen, scale=scale)
     tell(_TURNED, "the lines")
     written = finish(inked)
     if source.movements:
         written = with_recorded_line(written, source.movements, timed=source.timed)
-    say(f"  ink and {_counted(len(written.text_lines.lines), 'line')} found; looking for the letters …")
+    lines = _count_in_words(len(written.text_lines.lines), "line")
+    say(f"  ink and {lines} found; looking for the letters …")
     try:
         if source.letters is not None:
             tagged = tag_labelled_page(written, source.transcript, source.letters)
@@ -250,19 +249,19 @@ def _tag_source(
             )
     except InputError as error:
         raise InputError(f"{written.scan.source}: {error}") from error
-    _refuse_lost(tagged, len(written.text_lines.lines))
+    _refuse_lost(tagged, lines)
     for note in tagged.notes:
         say(f"  {note}")
     return tagged
 
 
-def _refuse_lost(tagged: TaggedPage, lines: int) -> None:
+def _refuse_lost(tagged: TaggedPage, lines: str) -> None:
     """Raise InputError for a text much of which is not on its page."""
-    missing = len(tagged.missing)
-    if missing > _LOST * (missing + len(tagged.glyphs)):
+    missing, characters = len(tagged.missing), len(tagged.missing) + len(tagged.glyphs)
+    if missing > _LOST * characters:
         raise InputError(
-            f"{tagged.page.source}: {missing} of the {missing + len(tagged.glyphs)} characters of its text are not on "
-            f"the page, which has {_counted(lines, 'line')} of writing: give the text of this page alone, line by line."
+            f"{tagged.page.source}: {missing} of the {characters} characters of its text are not on the page, which "
+            f"has {lines} of writing: give the text of this page alone, line by line."
         )
 
 
@@ -330,11 +329,11 @@ def _without_print(
     printed, words = marks.copy(), np.zeros_like(marks)
     if len(sheet.bands):
         words = (red - blue > _LESS_BLUE) & (red > _MOST_RED)
-        printed |= (_grown(words, 1) > 0) & (red > _MOST_RED)
+        printed |= (_grow_mask(words, 1) > 0) & (red > _MOST_RED)
     # paper is taken from where there is neither print nor ink
-    filled = fill_smooth(flat, (printed | (_grown(red < _LEAST_PAPER, 3) > 0)).astype(np.uint8))
+    filled = fill_smooth(flat, (printed | (_grow_mask(red < _LEAST_PAPER, 3) > 0)).astype(np.uint8))
     ink = (red <= _MOST_RED) & ~marks
-    over = (_grown(ink, 2) > 0) & (_grown(words, round(_OVER_PRINT / 25.4 * dpi)) > 0) & ~marks
+    over = (_grow_mask(ink, 2) > 0) & (_grow_mask(words, round(_OVER_PRINT / 25.4 * dpi)) > 0) & ~marks
     alone = _ink_alone(flat, filled, (words, ink, over))
     return np.where((printed & ~over)[:, :, None], filled, alone)
 
@@ -372,7 +371,7 @@ def _ink_alone(
     return result
 
 
-def _grown(mask: NDArray[np.bool_], by: int) -> NDArray[np.uint8]:
+def _grow_mask(mask: NDArray[np.bool_], by: int) -> NDArray[np.uint8]:
     import cv2
 
     size = 2 * by + 1

@@ -31,10 +31,10 @@ from handout.tagging.glyph_extraction import (
     doubt_cropped_glyphs,
     extract_glyphs,
     letters_within_reach,
-    listed,
+    list_names,
     scanned_page,
 )
-from handout.tagging.ink_exchange import exchanged
+from handout.tagging.ink_exchange import exchange_ink
 from handout.tagging.letter_assignment import assign_letters
 from handout.tagging.line_space import frames, vertex_lines
 from handout.tagging.transcript import read_transcript
@@ -105,7 +105,7 @@ def tag_page(
     assignment = assign_letters(written.graph, alignment, np.where(foreign, NOBODY, vertex_lines(written)))
     page = replace(scanned_page(written, transcript), dismissed=np.flatnonzero(foreign))
     letters = letters_within_reach(written.graph, alignment, assignment.letter)
-    glyphs, missing = extract_glyphs(page, alignment, exchanged(page, alignment, letters))
+    glyphs, missing = extract_glyphs(page, alignment, exchange_ink(page, alignment, letters))
     glyphs, cropped = doubt_cropped_glyphs(glyphs, written.graph, written.scan)
     contradicted = contradicted_cases(ScannedHand("", "", (page,), glyphs))
     cases = tuple(i for i in np.flatnonzero(contradicted).tolist() if glyphs[i].line not in alignment.poor)
@@ -214,7 +214,7 @@ def hand_of_pages(name: str, pages: Sequence[TaggedPage], title: str = "") -> Sc
     glyphs: list[ScannedGlyph] = []
     for number, tagged in enumerate(pages):
         first = len(glyphs)
-        glyphs += [renumbered(glyph, number, first) for glyph in tagged.glyphs]
+        glyphs += [renumber_glyph(glyph, number, first) for glyph in tagged.glyphs]
     if not glyphs:
         raise InputError(
             f"{name}: no letter was found on {units.count(len(pages), 'page')}, so there is no hand to keep."
@@ -237,7 +237,7 @@ def pen_of_pages(name: str, pages: Sequence[WrittenPage], title: str = "") -> Sc
     return ScannedHand(name, title or name, scanned_pages, ())
 
 
-def renumbered(glyph: ScannedGlyph, page: int, first: int) -> ScannedGlyph:
+def renumber_glyph(glyph: ScannedGlyph, page: int, first: int) -> ScannedGlyph:
     """A glyph of one page as one of a hand: its number, and those of its neighbours, begin at `first`."""
     before, after = (number + first if number >= 0 else number for number in (glyph.before, glyph.after))
     return replace(glyph, page=page, before=before, after=after)
@@ -251,7 +251,7 @@ def _notes(page: ScannedPage, alignment: Alignment, missing: Sequence[Missing]) 
         for number in alignment.poor
     ]
     if missing:
-        names = listed([f"{letter.letter} (line {letter.line + 1})" for letter in missing])
+        names = list_names([f"{letter.letter} (line {letter.line + 1})" for letter in missing])
         notes.append(f"{page.source}: not found on the page: {names}.")
     return notes
 
@@ -263,7 +263,7 @@ def _case_notes(page: ScannedPage, glyphs: Sequence[ScannedGlyph], cases: Sequen
     text = graphemes(page.transcript)
     named = [f"{glyphs[i].letter} in “{word_at(text, glyphs[i].at)}” (line {glyphs[i].line + 1})" for i in cases]
     return [
-        f"{page.source}: by their size these are not of the case that the transcript has: {listed(named)}. Put it "
+        f"{page.source}: by their size these are not of the case that the transcript has: {list_names(named)}. Put it "
         "right where it is wrong, and read the page again; they are not written while others stand."
     ]
 

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.alphabet import SPACE
-from handout.hand.corrections import AnyCorrection, Change, Correction, applied
+from handout.hand.corrections import AnyCorrection, Change, Correction, apply_and_tell
 from handout.hand.page_editor import line_alone
 from handout.hand.places import graphemes, word_at
 from handout.hand.scanned import NOBODY, ScannedGlyph, ScannedHand, ScannedPage
@@ -29,7 +29,7 @@ from handout.tagging import network
 from handout.tagging.alignment import AlignedLine, Alignment, aligned_letters
 from handout.tagging.decoder import Held
 from handout.tagging.glyph_extraction import extract_glyphs, letters_within_reach, reaches_edge
-from handout.tagging.ink_exchange import exchanged
+from handout.tagging.ink_exchange import exchange_ink
 from handout.tagging.letter_assignment import assign_letters
 from handout.tagging.line_space import X_HEIGHT, LineFrame, LineStrip, lines_at, strips
 from handout.tagging.segmentation import by_segments, page_reader
@@ -99,11 +99,11 @@ def correct(
     Source: own method.
     """
     made = [corrections] if isinstance(corrections, Correction) else list(corrections)
-    corrected, notes, removed = applied(hand, made)
+    corrected, notes, removed = apply_and_tell(hand, made)
     pages = sorted({correction.page for correction in made}) if learning else []
     for number, page in enumerate(pages):
         part = narrow_reports(tell, number / len(pages), (number + 1) / len(pages))
-        corrected = realigned(corrected, page, rng=np.random.default_rng((seed, page)), tell=part)
+        corrected = realign_page(corrected, page, rng=np.random.default_rng((seed, page)), tell=part)
     return Corrected(corrected, changes(hand, corrected, removed), notes)
 
 
@@ -138,7 +138,7 @@ def changes(
 
 
 @dataclass(frozen=True, eq=False)
-class _Ink:
+class _PlacedInk:
     """A glyph, and the places of its vertices in sixteenths of a pixel, as a file keeps them."""
 
     glyph: ScannedGlyph
@@ -159,17 +159,19 @@ def _find_unmoved(before: ScannedHand, after: ScannedHand) -> set[tuple[int, int
     return unmoved
 
 
-def _inks(hand: ScannedHand, unmoved: set[tuple[int, int]]) -> dict[tuple[int, int], _Ink]:
+def _inks(hand: ScannedHand, unmoved: set[tuple[int, int]]) -> dict[tuple[int, int], _PlacedInk]:
     """The glyphs by page and number in the text, without those that have not moved."""
     glyphs = [glyph for glyph in hand.glyphs if glyph.at >= 0 and (glyph.page, glyph.at) not in unmoved]
     uv = [page.graph.uv for page in hand.pages]
     return {
-        (g.page, g.at): _Ink(g, frozenset((x, y) for x, y in np.rint(uv[g.page][g.vertices] * 16).astype(int).tolist()))
+        (g.page, g.at): _PlacedInk(
+            g, frozenset((x, y) for x, y in np.rint(uv[g.page][g.vertices] * 16).astype(int).tolist())
+        )
         for g in glyphs
     }
 
 
-def realigned(hand: ScannedHand, number: int, *, rng: np.random.Generator, tell: Tell = silent) -> ScannedHand:
+def realign_page(hand: ScannedHand, number: int, *, rng: np.random.Generator, tell: Tell = silent) -> ScannedHand:
     """The hand with one of its pages aligned anew; what is confirmed there stays.
 
     Parameters
@@ -293,7 +295,7 @@ def _align_lines(
     tell: Tell,
 ) -> Alignment:
     some = [i for i, text in enumerate(texts) if text.letters]
-    reader = page_reader([line.image for line in lines], network.shipped()).part(some)
+    reader = page_reader([line.image for line in lines], network.load_networks()).part(some)
     written = [texts[i] for i in some]
     decodings = by_segments(reader, written, rng, tell, held=[held[i] for i in some])
     fitting = line_fits(reader, written, rng)
@@ -338,7 +340,7 @@ def _glyphs(
     whole = _mark_present(alignment, dict.fromkeys(fixed, True))
     known = {glyph.at for glyph in fixed.values() if glyph.confirmed}
     held = frozenset(number for number, letter in enumerate(whole.letters) if letter.at in known)
-    glyphs, _ = extract_glyphs(page, whole, exchanged(page, whole, letters, held))
+    glyphs, _ = extract_glyphs(page, whole, exchange_ink(page, whole, letters, held))
     cropped = reaches_edge(page.graph, page.shape, page.pixel)
     made = [_settle_glyph(glyph, fixed.get(glyph.at), bool(cropped[glyph.vertices].any())) for glyph in glyphs]
     return made + [replace(glyph, before=NOBODY, after=NOBODY, ligatures=()) for glyph in extra]
@@ -375,7 +377,7 @@ def with_page(hand: ScannedHand, number: int, glyphs: Sequence[ScannedGlyph]) ->
     for page, numbers in enumerate(pages):
         if page == number:
             moved = (glyph if glyph.page == page else replace(glyph, page=page) for glyph in glyphs)
-            together += [glyph.beside(own) for glyph in moved]
+            together += [glyph.with_neighbours(own) for glyph in moved]
         else:
-            together += [hand.glyphs[i].beside(place) for i in numbers]
+            together += [hand.glyphs[i].with_neighbours(place) for i in numbers]
     return replace(hand, glyphs=tuple(together))

@@ -22,9 +22,9 @@ from handout.hand.places import graphemes
 from handout.networks import Floats
 from handout.progress import Tell, narrow_reports, silent
 from handout.tagging import network
-from handout.tagging.decoder import TERMS, ColumnReading, Decoded, Held, Terms, decode, read
+from handout.tagging.decoder import TERMS, ColumnReading, Decoded, Held, Terms, decode, read_line
 from handout.tagging.line_space import ABOVE, HEIGHT, INKY, X_HEIGHT, Image, column_count, describe
-from handout.tagging.network import LabelledColumns, RectifierNetwork, averaged, joined
+from handout.tagging.network import LabelledColumns, RectifierNetwork, average_logs, join_columns
 from handout.tagging.synthetic_lines import SHARE, SHARE_OF_SPACE, column_states, sampled_columns, synthetic_lines
 from handout.tagging.synthetic_writers import built_in_hands
 from handout.tagging.transcript import TranscriptLine
@@ -97,18 +97,18 @@ class PageReader:
         """What the networks together read on a line."""
         if line not in self._together:
             self._together[line] = self._posteriors(line, self.networks)[-1]
-        return self._read(line, self._together[line])
+        return self._read_line(line, self._together[line])
 
     def readings(self, line: int, networks: Sequence[RectifierNetwork]) -> list[ColumnReading]:
         """What each of some networks reads on a line, and last what they read together; one alone counts once."""
-        return [self._read(line, posterior) for posterior in self._posteriors(line, networks)]
+        return [self._read_line(line, posterior) for posterior in self._posteriors(line, networks)]
 
     def _posteriors(self, line: int, networks: Sequence[RectifierNetwork]) -> list[Floats]:
         each = [network.log_posterior(self.features[line]) for network in networks]
-        return [*each, averaged(each)] if len(each) > 1 else each
+        return [*each, average_logs(each)] if len(each) > 1 else each
 
-    def _read(self, line: int, posterior: Floats) -> ColumnReading:
-        return read(self.images[line], posterior, self._prior, self._terms)
+    def _read_line(self, line: int, posterior: Floats) -> ColumnReading:
+        return read_line(self.images[line], posterior, self._prior, self._terms)
 
     def widths(self, lines: Sequence[TranscriptLine]) -> dict[str, float]:
         """Letter → usual width on this page, pixels of line space, given what is written on its lines."""
@@ -176,7 +176,7 @@ def by_segments(
         others = np.flatnonzero(fold != half).tolist()
         letters = [spans(lines[i], best[i]) for i in others]
         learned = page_columns([page.images[i] for i in others], letters, rng)
-        networks = adapted(page.networks, learned, rehearsed, rng, learning, known)
+        networks = adapt_networks(page.networks, learned, rehearsed, rng, learning, known)
         for i in np.flatnonzero(fold == half).tolist():
             single[i] += _decode_line(page, i, lines[i], widths, networks, held[i])
     return single
@@ -235,7 +235,7 @@ def rehearsal(text: Sequence[str], rng: np.random.Generator) -> LabelledColumns:
     sentences = [line for line in plain if line] or ["a"]
     lines = synthetic_lines(built_in_hands(), sentences, _ADAPTATION.rehearsed, rng)
     share = _ADAPTATION.share
-    return joined([sampled_columns(line, rng, share * SHARE, share * SHARE_OF_SPACE) for line in lines])
+    return join_columns([sampled_columns(line, rng, share * SHARE, share * SHARE_OF_SPACE) for line in lines])
 
 
 def page_columns(images: Sequence[Image], spans: Sequence[Spans], rng: np.random.Generator) -> LabelledColumns:
@@ -255,10 +255,10 @@ def page_columns(images: Sequence[Image], spans: Sequence[Spans], rng: np.random
             states = column_states(scaled, column_count(distorted))
             chosen = np.flatnonzero(rng.random(len(states)) < _ADAPTATION.share)
             parts.append(LabelledColumns(describe(distorted, chosen), states[chosen]))
-    return joined(parts)
+    return join_columns(parts)
 
 
-def adapted(
+def adapt_networks(
     networks: Sequence[RectifierNetwork],
     page: LabelledColumns,
     rehearsed: LabelledColumns,
@@ -267,7 +267,7 @@ def adapted(
     known: LabelledColumns | None = None,
 ) -> tuple[RectifierNetwork, ...]:
     """Copies of the networks, trained further on columns of the page, of known letters and of synthetic lines."""
-    columns = joined([page, rehearsed] if known is None else [page, rehearsed, known])
+    columns = join_columns([page, rehearsed] if known is None else [page, rehearsed, known])
     weights = np.ones(len(columns), dtype=np.float32)
     weights[: len(page)] = _ADAPTATION.page_weight
     weights[len(page) + len(rehearsed) :] = _ADAPTATION.known_weight
@@ -276,5 +276,5 @@ def adapted(
     for number, shipped in enumerate(networks):
         tell(number / len(networks), "learning from the page")
         epochs, rate = _ADAPTATION.epochs, _ADAPTATION.rate
-        copies.append(network.trained(shipped, columns, epochs=epochs, rate=rate, rng=rng, importance=weights))
+        copies.append(network.train_network(shipped, columns, epochs=epochs, rate=rate, rng=rng, importance=weights))
     return tuple(copies)

@@ -21,7 +21,7 @@ from handout.tagging.network import LabelledColumns
 from handout.tagging.synthetic_writers import WriterHabits, random_habits, random_writer, texts
 from handout.values import Array, Indices, Line, Manuscript, Page, Placed, Stroke
 from handout.writing.compose import compose
-from handout.writing.drawn_words import slurred
+from handout.writing.drawn_words import slur_stroke
 from handout.writing.layout import Layout
 from handout.writing.variation import warp
 
@@ -80,7 +80,7 @@ def habitual_strokes(
         if not strokes:
             continue
         paths = [line.upright(stroke.xy) for stroke in strokes]
-        bent = np.split(_bent(np.vstack(paths), habits, rng), _ends_of(paths)[:-1])
+        bent = np.split(_bend_space(np.vstack(paths), habits, rng), _ends_of(paths)[:-1])
         for word, placed in groupby(line.line.placed, key=lambda unit: unit.word):
             at = {unit.at: unit.glyph.letter for unit in placed}
             own = [k for k, stroke in enumerate(strokes) if stroke.word == word]
@@ -146,7 +146,7 @@ class _HabitualLine:
         box = (left - _BEFORE, left + scale * unit.glyph.width - _BEFORE)
         self.boxes.append((fold(unit.glyph.letter), unit.word, *box))
         if habits.slur and unit.glyph.letter in "nmuhrwia":
-            strokes = [slurred(stroke, habits.slur) for stroke in strokes]
+            strokes = [slur_stroke(stroke, habits.slur) for stroke in strokes]
         first, last = at
         if first and habits.swash and unit.glyph.letter in _LED_INTO:
             strokes[0] = _led_in(strokes[0], habits.swash * rng.uniform(0.7, 1.2), rng)
@@ -200,7 +200,7 @@ def _draw(
     if struck:
         boxes = _strike(boxes, paths, words, rng)
     ends = np.array([[x, 0.5] for _, _, left, right in boxes for x in (left, right)])
-    everything = _bent(np.vstack([*paths, ends]), habits, rng)
+    everything = _bend_space(np.vstack([*paths, ends]), habits, rng)
     x = everything[:, 0] * X_HEIGHT
     shift = _MARGIN - float(x[: -len(ends)].min())
     pieces = np.split(np.column_stack([x + shift, ABOVE - everything[:, 1] * X_HEIGHT]), _ends_of(paths))
@@ -217,7 +217,7 @@ def _ends_of(paths: Sequence[Array]) -> Array:
     return np.cumsum([len(path) for path in paths])
 
 
-def _bent(xy: Array, habits: WriterHabits, rng: np.random.Generator) -> Array:
+def _bend_space(xy: Array, habits: WriterHabits, rng: np.random.Generator) -> Array:
     """Upright space with the writer's proportions and wobble."""
     x, y = xy.T.copy()
     y = np.where(y > 1, 1 + (y - 1) * habits.ascender, np.where(y < 0, y * habits.descender, y))

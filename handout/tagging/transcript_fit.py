@@ -115,14 +115,14 @@ def median_fit(fits: Sequence[float]) -> float:
 
 def text_fit(strips: Sequence[LineStrip], lines: Sequence[TranscriptLine], rng: np.random.Generator) -> float:
     """How well a text fits straightened lines, broken as suits it best: the middle line's fit."""
-    reader = page_reader([strip.image for strip in strips], network.shipped())
+    reader = page_reader([strip.image for strip in strips], network.load_networks())
     parts, fits = assigned_to_lines(reader, lines, rng)
     return median_fit([of_line for of_line, part in zip(fits, parts, strict=True) if part.letters])
 
 
 def text_breadth(strips: Sequence[LineStrip], lines: Sequence[TranscriptLine]) -> float:
     """How broad the page's letters would be against the usual ones if this were its text."""
-    widths = np.mean([shipped.widths for shipped in network.shipped()], axis=0).astype(np.float64)
+    widths = np.mean([shipped.widths for shipped in network.load_networks()], axis=0).astype(np.float64)
     return page_scale([strip.image for strip in strips], _evenly_broken(lines, len(strips)), widths)
 
 

@@ -19,7 +19,6 @@ from scipy.special import ndtr, ndtri
 
 from handout.hand.learnt import learnt
 from handout.hand.measures import body_sizes, mean_x_height
-from handout.hand.scanned import ScannedHand
 from handout.values import Array, Indices
 from handout.writing.forms import Forms, GlyphLine
 
@@ -93,7 +92,7 @@ class Bend:
             found[1].flags.writeable = False
         return found[1]
 
-    def scaled(self, share: float) -> Bend:
+    def scale_by(self, share: float) -> Bend:
         """The bend, `share` times as strong."""
         affine = np.eye(2) + share * (self.affine - np.eye(2))
         return replace(self, affine=affine, pushes=share * self.pushes, misses=share * self.misses)
@@ -131,10 +130,10 @@ def bend(
     low, high = spread.low[number] - 1e-9, spread.high[number] + 1e-9
     # a glyph at the edge of its letter's range can only be bent back into it: the other way, or without the affine part
     for affine, side in ((1.0, 1.0), (-1.0, -1.0), (0.0, 1.0), (0.0, -1.0)):
-        full = _warped(_affine(number, spread, affine * variation * drift), -height, directions, spread, variation)
+        full = _make_warp(_affine(number, spread, affine * variation * drift), -height, directions, spread, variation)
         full = replace(full, pushes=side * full.pushes, targets=form.targets, misses=side * reach * missed)
         for share in _TRIES:
-            tried = full.scaled(share)
+            tried = full.scale_by(share)
             then = measure(tried.of_form(form.xy), form.radius, spread.x_height)
             if ((then >= low) & (then <= high)).all():
                 return tried
@@ -153,7 +152,7 @@ def _affine(number: int, spread: InstanceSpread, normal: Array) -> Array:
     return np.array([[wide, tall * (size[3] + step[3]) - wide * size[3]], [0.0, tall]])
 
 
-def _warped(affine: Array, foot: float, directions: Array, spread: InstanceSpread, variation: float) -> Bend:
+def _make_warp(affine: Array, foot: float, directions: Array, spread: InstanceSpread, variation: float) -> Bend:
     """The affine map and the warp: waves longer than an x-height, none steep enough to fold the plane."""
     length = 2 * np.pi / (spread.x_height * np.array([2.0, 2.6, 3.4]))
     waves = length[:, None] * np.column_stack([np.cos(directions[0]), np.sin(directions[0])])
@@ -163,13 +162,17 @@ def _warped(affine: Array, foot: float, directions: Array, spread: InstanceSprea
     return Bend(affine, foot, waves, pushes, directions[2], none, none, _AROUND * spread.x_height)
 
 
-def spread(forms: Forms) -> InstanceSpread:
+def measure_spread(forms: Forms) -> InstanceSpread:
     """How much a hand's letters vary, from their instances."""
     hand = forms.hand
     x_height = mean_x_height(hand)
     size = body_sizes(forms.bodies.xy, forms.bodies.radius, forms.bodies.first, x_height)
-    groups = [hand.of(letter) for letter in hand.letters]
-    common = _common_deviation(size, groups, _unjoined(hand))
+    groups = [hand.numbers_of_letter(letter) for letter in hand.letters]
+    unjoined = np.ones(len(hand.glyphs), dtype=bool)
+    for number, glyph in enumerate(hand.glyphs):
+        if glyph.ligatures:
+            unjoined[[number, glyph.after]] = False
+    common = _common_deviation(size, groups, unjoined)
     deviation, low, high = np.tile(common, (len(size), 1)), size - common, size + common
     for numbers in groups:
         middle = np.median(size[numbers], axis=0)
@@ -206,15 +209,6 @@ def _common_deviation(size: Array, groups: Sequence[Indices], free: NDArray[np.b
     return np.asarray(np.percentile(rough, share, axis=0)) + 1e-3
 
 
-def _unjoined(hand: ScannedHand) -> NDArray[np.bool_]:
-    """(n,): which glyphs are joined to no other."""
-    joined = np.zeros(len(hand.glyphs), dtype=bool)
-    for number, glyph in enumerate(hand.glyphs):
-        if glyph.ligatures:
-            joined[[number, glyph.after]] = True
-    return ~joined
-
-
 def _shape_difference(forms: Forms, groups: Sequence[Indices]) -> float:
     """How far the strokes of two instances of a letter lie apart, boxes laid over each other; line space."""
     first, count = forms.bodies.first[:-1], np.diff(forms.bodies.first)
@@ -224,13 +218,9 @@ def _shape_difference(forms: Forms, groups: Sequence[Indices]) -> float:
     pairs = [pair for numbers in groups if len(numbers) >= _ENOUGH for pair in pairwise(numbers.tolist())]
     if not pairs:
         return 0.01
-    away = np.sqrt(np.concatenate([cdist(boxed[i], boxed[j], "sqeuclidean").min(axis=0) for i, j in pairs]))
     first_glyphs, second_glyphs = np.array(pairs).T
-    return float(np.median(_medians(away, count[second_glyphs]) * sides[first_glyphs].mean(axis=1)))
-
-
-def _medians(values: Array, count: Indices) -> Array:
-    """(n,): of so many values each, one behind the other."""
-    first = np.cumsum(count) - count
-    ranked = np.concatenate([np.sort(group) for group in np.split(values, first[1:])])
-    return np.asarray((ranked[first + (count - 1) // 2] + ranked[first + count // 2]) / 2)
+    squares = (cdist(boxed[i], boxed[j], "sqeuclidean").min(axis=0) for i, j in pairs)
+    away, size = np.concatenate([np.sort(np.sqrt(each)) for each in squares]), count[second_glyphs]
+    first = np.cumsum(size) - size
+    medians = (away[first + (size - 1) // 2] + away[first + size // 2]) / 2
+    return float(np.median(medians * sides[first_glyphs].mean(axis=1)))

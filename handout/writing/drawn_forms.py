@@ -153,7 +153,7 @@ _TOP = 0.5  # x-heights below a letter's top beside which an apostrophe hangs
 _DENSE = 12  # places between two points
 
 
-def accented(glyph: Glyph, marks: tuple[str, ...], hand: Hand, rng: np.random.Generator) -> Glyph:
+def accent_glyph(glyph: Glyph, marks: tuple[str, ...], hand: Hand, rng: np.random.Generator) -> Glyph:
     """`glyph` with `marks` set on it; i and j lose their dots to an accent above."""
     strokes, delayed = glyph.part_strokes(glyph.strokes)
     above = [mark for mark in marks if mark not in NOT_ABOVE]
@@ -165,7 +165,7 @@ def accented(glyph: Glyph, marks: tuple[str, ...], hand: Hand, rng: np.random.Ge
             continue
         forms = hand.marks[mark]
         form = forms[int(rng.integers(len(forms)))]
-        placed = _placed(form.strokes, strokes, glyph, mark)
+        placed = _place_mark(form.strokes, strokes, glyph, mark)
         if mark in above:
             storey = np.array([0.0, _STOREY * above.index(mark)])
             placed = [stroke + storey for stroke in placed]
@@ -175,7 +175,7 @@ def accented(glyph: Glyph, marks: tuple[str, ...], hand: Hand, rng: np.random.Ge
     return replace(glyph, strokes=(*strokes, *beside, *delayed), delayed=flags)
 
 
-def _placed(mark: Sequence[Array], letter: Sequence[Array], glyph: Glyph, kind: str) -> list[Array]:
+def _place_mark(mark: Sequence[Array], letter: Sequence[Array], glyph: Glyph, kind: str) -> list[Array]:
     """The strokes of a mark where they go on a letter."""
     if kind in THROUGH:
         return _crossing(mark, letter, glyph.letter, kind)
@@ -226,7 +226,7 @@ def _crossing(mark: Sequence[Array], letter: Sequence[Array], name: str, kind: s
     body = np.vstack(letter)
     low, high = max(0.0, float(body[:, 1].min())), float(body[:, 1].max())
     y = low + STROKE_HEIGHT.get(name, 0.5) * (high - low)
-    stems = np.concatenate([_at(stroke, y) for stroke in letter])
+    stems = np.concatenate([_cross_height(stroke, y) for stroke in letter])
     if not len(stems):
         stems = np.array([body[:, 0].min(), body[:, 0].max()])
     left, right = float(stems.min()), float(stems.min() if name in STEM_AT_LEFT else stems.max())
@@ -234,7 +234,7 @@ def _crossing(mark: Sequence[Array], letter: Sequence[Array], name: str, kind: s
     return [np.column_stack([s[:, 0] + np.sign(s[:, 0]) * aside + 0.5 * (left + right), s[:, 1] + y]) for s in mark]
 
 
-def _at(stroke: Array, y: float) -> Array:
+def _cross_height(stroke: Array, y: float) -> Array:
     """(n,): where a stroke crosses a height, x."""
     at = np.linspace(0, len(stroke) - 1, _DENSE * len(stroke))
     x, height = (np.interp(at, np.arange(len(stroke)), axis) for axis in stroke.T)

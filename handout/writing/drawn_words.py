@@ -18,7 +18,7 @@ from handout.hand.letter_classes import CROSSED
 from handout.values import Array, Glyph, Placed
 from handout.writing import variation as varying
 from handout.writing.choosing import NO_REWRITES, Choice, Rewrites, word_stream
-from handout.writing.drawn_forms import accented, drawn_forms
+from handout.writing.drawn_forms import accent_glyph, drawn_forms
 from handout.writing.layout import USUAL_BASELINES
 from handout.writing.pages import ToPage, Unit, Word, wide_gap
 from handout.writing.text import Letter, spelt
@@ -41,7 +41,7 @@ _FLIGHT = (0.9, 0.3)  # beyond its stem at most, or as this share of its word
 _MEANT = 0.2  # a bar that was drawn to run so far into its neighbour is meant to
 
 
-def joined(left: Glyph, right: Glyph) -> bool:
+def are_joined(left: Glyph, right: Glyph) -> bool:
     """Whether the pen stays down between two neighbours."""
     return left.exit != "lifted" and right.entry != "lifted"
 
@@ -51,23 +51,19 @@ def missing_room(left: Glyph, right: Glyph, width: float, breadth: float = 1.0) 
 
     breadth : of the left one as it is written, 1 as it was drawn; told apart only where one of them is a sign.
     """
-    if joined(left, right):
+    if are_joined(left, right):
         return 0.0
     # the one bar of tt or ft was drawn for where the other letter stands
-    if (right.letter in left.before or left.letter in right.after) and (_barred(left) or _barred(right)):
+    if (right.letter in left.before or left.letter in right.after) and (_has_bar(left) or _has_bar(right)):
         return 0.0
-    grown = 1.0 if left.letter.isalnum() and right.letter.isalnum() else max(breadth, 1.0)
+    grown, least = max(breadth, 1.0), _MARK_ROOM if {left.letter, right.letter} & _MARKS else _SIGN_ROOM
+    if left.letter.isalnum() and right.letter.isalnum():
+        grown, least = 1.0, LEAST_ROOM
     room = width + _edges(right)[0] - grown * _edges(left)[1]
-    return max(0.0, _least_room(left.letter, right.letter) - float(room.min()))
+    return max(0.0, least - float(room.min()))
 
 
-def _least_room(left: str, right: str) -> float:
-    if left.isalnum() and right.isalnum():
-        return LEAST_ROOM
-    return _MARK_ROOM if left in _MARKS or right in _MARKS else _SIGN_ROOM
-
-
-def _barred(glyph: Glyph) -> bool:
+def _has_bar(glyph: Glyph) -> bool:
     """Whether one of its strokes, delayed or not, is a bar."""
     return any(is_bar(stroke) for stroke in glyph.strokes)
 
@@ -112,10 +108,14 @@ def bound_bars(glyphs: Sequence[Glyph], strokes: Sequence[list[Array]]) -> None:
     for i, glyph in enumerate(glyphs):
         for k, drawn in enumerate(glyph.strokes):
             if glyph.letter in CROSSED and is_bar(strokes[i][k]):
-                left, right = _meant(glyph, beside[i], beside[i + 2], drawn)
+                # whether it was drawn to run into the letter before, and into the one behind
+                previous, following = beside[i], beside[i + 2]
+                left = previous is not None and previous.letter in glyph.after and float(drawn[:, 0].min()) < -_MEANT
+                right = following is not None and following.letter in glyph.before
+                right = right and float(drawn[:, 0].max()) > glyph.width + _MEANT
                 before, after = ink[: max(i - left, 0)], ink[i + 1 + right :]
                 limits = (np.inf if left else most, np.inf if right else most)
-                strokes[i][k] = _within(strokes[i][k], ink[i], before, after, limits)
+                strokes[i][k] = _limit_bar(strokes[i][k], ink[i], before, after, limits)
 
 
 def _ink(glyph: Glyph, strokes: Sequence[Array]) -> Array:
@@ -125,18 +125,12 @@ def _ink(glyph: Glyph, strokes: Sequence[Array]) -> Array:
     return np.vstack([_evenly(stroke) for stroke in stems or strokes])  # a stem may be slurred until it lies, too
 
 
-def _meant(glyph: Glyph, before: Glyph | None, after: Glyph | None, bar: Array) -> tuple[bool, bool]:
-    """Whether a bar was drawn to run into the letter before, and into the one behind."""
-    left = before is not None and before.letter in glyph.after and float(bar[:, 0].min()) < -_MEANT
-    right = after is not None and after.letter in glyph.before and float(bar[:, 0].max()) > glyph.width + _MEANT
-    return left, right
-
-
-def _within(
+def _limit_bar(
     bar: Array, letter: Array, before: Sequence[Array], after: Sequence[Array], most: tuple[float, float]
 ) -> Array:
     """A bar between the letters before and behind that it would touch, not more than `most` beyond its stem."""
-    stem = _stem(letter, float(np.median(bar[:, 1])))
+    away = np.abs(letter[:, 1] - float(np.median(bar[:, 1])))
+    stem = float(np.median(letter[away <= max(0.1, float(away.min())), 0]))
     right = _reach(bar, stem, after, most[1])
     # the same to the left, seen in a mirror
     mirror = np.array([-1.0, 1.0])
@@ -159,13 +153,6 @@ def _reach(bar: Array, stem: float, ink: Sequence[Array], most: float) -> float:
         over = np.abs(xy[:, 1] - np.interp(xy[:, 0], bar[order, 0], bar[order, 1])) < _OVER
         wall = float(xy[over & (xy[:, 0] > stem), 0].min(initial=np.inf))
     return max(min(drawn, wall - _BAR_ROOM - stem, most), _TIE) / drawn
-
-
-def _stem(letter: Array, y: float) -> float:
-    """Where a letter's stem is at a height, x: the leftmost place near it."""
-    away = np.abs(letter[:, 1] - y)
-    near = letter[away <= max(0.1, float(away.min()))]
-    return float(np.median(near[:, 0]))
 
 
 def clear_dots(glyphs: Sequence[Glyph], strokes: Sequence[list[Array]]) -> None:
@@ -224,7 +211,7 @@ class PlannedGlyph:
     strokes: tuple[Array, ...]
     joined: bool
 
-    def moved(self, x: float) -> PlannedGlyph:
+    def move_by(self, x: float) -> PlannedGlyph:
         """See `pages.SetGlyph`."""
         return replace(self, strokes=tuple(stroke + np.array([x, 0.0]) for stroke in self.strokes))
 
@@ -234,7 +221,7 @@ class WordWriter:
 
     def __init__(self, hand: Hand, rng: np.random.Generator, jitter: float) -> None:
         self._hand, self.seeds = hand, rng.integers(2**63, size=(2, 2)).tolist()
-        self._vary: Variation = varying.USUAL.scaled(jitter * hand.variation)
+        self._vary: Variation = varying.USUAL.scale_by(jitter * hand.variation)
         self._slant = Drift(self._vary.slant, varying.SLANT_MEMORY, rng)
         self._slow_slant = Drift(self._vary.slow_slant, varying.SLOW_MEMORY, rng)
         self._slow_breadth = Drift(self._vary.slow_breadth, varying.SLOW_MEMORY, rng)
@@ -247,15 +234,17 @@ class WordWriter:
     def word(self, forms: Sequence[Glyph], letters: Sequence[Letter], rng: np.random.Generator) -> Word[PlannedGlyph]:
         """The forms that were chosen for the letters of a word, set side by side; all that varies in it is by `rng`."""
         glyphs = [
-            accented(glyph, letter.marks, self._hand, rng) if letter.marks else glyph
+            accent_glyph(glyph, letter.marks, self._hand, rng) if letter.marks else glyph
             for glyph, letter in zip(forms, letters, strict=True)
         ]
-        flat, width = self._set(glyphs, rng)
+        flat, width = self._set_glyphs(glyphs, rng)
         flat += warp(flat, rng, self._vary.warp, 1.6, 3.4) + warp(flat, rng, self._vary.warp_fine, 0.7, 1.6)
-        slant = self._hand.slant + self._slant.next(rng) + self._slow_slant.next(rng)
+        slant = self._hand.slant + self._slant.draw_next(rng) + self._slow_slant.draw_next(rng)
         flat = flat + slant * flat[:, 1:] * (1.0, 0.0)
-        strokes = _unflatten(flat, glyphs)
-        joins = (False, *(joined(a, b) for a, b in pairwise(glyphs)))
+        sizes = [len(stroke) for glyph in glyphs for stroke in glyph.strokes]
+        pieces = iter(np.split(flat, np.cumsum(sizes)[:-1]))
+        strokes = [tuple(next(pieces) for _ in glyph.strokes) for glyph in glyphs]
+        joins = (False, *(are_joined(a, b) for a, b in pairwise(glyphs)))
         return Word(
             glyphs=tuple(map(PlannedGlyph, glyphs, strokes, joins)),
             extents=np.array(
@@ -276,11 +265,14 @@ class WordWriter:
                 setattr(other, name, copy(drift))
         return other.word(forms, letters, rng)
 
-    def _set(self, glyphs: Sequence[Glyph], rng: np.random.Generator) -> tuple[Array, float]:
+    def _set_glyphs(self, glyphs: Sequence[Glyph], rng: np.random.Generator) -> tuple[Array, float]:
         """All points of the glyphs side by side, (n, 2), and the advance of the whole."""
         n, vary = len(glyphs), self._vary
         shapes = self._shapes(n, rng)
-        widths = _advances(glyphs) * shapes[:, 0, 0] + rng.normal(0.0, vary.gap, n)
+        # capitals among themselves stand further apart than before small letters
+        capitals = [a.letter.isupper() and b.letter.isupper() for a, b in pairwise(glyphs)] + [False]
+        advances = np.array([glyph.width for glyph in glyphs]) + _CAPITALS * np.array(capitals)
+        widths = advances * shapes[:, 0, 0] + rng.normal(0.0, vary.gap, n)
         pairs = zip(pairwise(glyphs), widths, shapes[:, 0, 0], strict=False)
         widths[:-1] += [missing_room(a, b, width, breadth) for (a, b), width, breadth in pairs]
         sizes = 1.0 + self._size.walk(rng, n)
@@ -288,28 +280,20 @@ class WordWriter:
         rises = self._line_rise.walk(rng, n) + self._rise.walk(rng, n)
         starts = np.column_stack([np.concatenate([[0.0], np.cumsum(widths)[:-1]]), rises])
         points = list[list[Array]]()
-        for glyph, shape, start, share in zip(
-            glyphs, sizes[:, None, None] * shapes, starts, self._slurs(n, rng), strict=True
-        ):
+        # by what share the pen falls short of each letter's points; the first letters are written with care
+        settled = np.minimum((np.arange(n) + 0.5) / 4, 1.0)
+        slurs = np.minimum(np.abs(self._slur.walk(rng, n)) * settled, _MOST_SLURRED)
+        shapes = sizes[:, None, None] * shapes
+        for glyph, shape, start, share in zip(glyphs, shapes, starts, slurs, strict=True):
             points.append([])
             for stroke, delayed in zip(glyph.strokes, glyph.delayed, strict=True):
-                placed = slurred(stroke, share) @ shape
+                placed = slur_stroke(stroke, share) @ shape
                 if delayed:
-                    placed = placed + self._flight(rng)
+                    placed = placed + rng.normal([vary.late_right, 0.0], [vary.late_x, vary.late_y])
                 points[-1].append(placed + start)
         bound_bars(glyphs, points)
         clear_dots(glyphs, points)
         return np.vstack([stroke for strokes in points for stroke in strokes]), float(widths.sum())
-
-    def _flight(self, rng: np.random.Generator) -> Array:
-        """Where a dot, bar or accent lands, away from its place."""
-        vary = self._vary
-        return rng.normal([vary.late_right, 0.0], [vary.late_x, vary.late_y])
-
-    def _slurs(self, n: int, rng: np.random.Generator) -> Array:
-        """(n,): by what share the pen falls short of each letter's points; the first letters are written with care."""
-        settled = np.minimum((np.arange(n) + 0.5) / 4, 1.0)
-        return np.asarray(np.minimum(np.abs(self._slur.walk(rng, n)) * settled, _MOST_SLURRED))
 
     def _shapes(self, n: int, rng: np.random.Generator) -> Array:
         """(n, 2, 2): for each letter the matrix that makes it broader or narrower, taller or shorter, and leans it.
@@ -319,13 +303,13 @@ class WordWriter:
         vary = self._vary
         fading = 1.0 - self._hand.fading * np.minimum(np.arange(n) / 6, 1.0)
         shapes = np.zeros((n, 2, 2))
-        shapes[:, 0, 0] = np.exp(self._slow_breadth.next(rng) + rng.normal(0.0, vary.breadth, n))
+        shapes[:, 0, 0] = np.exp(self._slow_breadth.draw_next(rng) + rng.normal(0.0, vary.breadth, n))
         shapes[:, 1, 1] = np.exp(self._height.walk(rng, n)) * fading
         shapes[:, 1, 0] = rng.normal(0.0, vary.shear, n)
         return shapes
 
 
-def slurred(stroke: Array, share: float) -> Array:
+def slur_stroke(stroke: Array, share: float) -> Array:
     """The points (n, 2) of a stroke, each moved by a share of the way to the middle of its neighbours, both ends kept.
 
     This is how a hand that turns back before it has arrived falls short: a row of arches becomes a zigzag, a loop
@@ -341,19 +325,6 @@ def slurred(stroke: Array, share: float) -> Array:
 def _extent(strokes: Sequence[Array]) -> tuple[float, float]:
     x = np.concatenate([stroke[:, 0] for stroke in strokes])
     return float(x.min()), float(x.max())
-
-
-def _advances(glyphs: Sequence[Glyph]) -> Array:
-    """How far each glyph is from the next; capitals among themselves stand further apart than before small letters."""
-    letters = [glyph.letter for glyph in glyphs]
-    capitals = [a.isupper() and b.isupper() for a, b in pairwise(letters)] + [False]
-    return np.array([glyph.width for glyph in glyphs]) + _CAPITALS * np.array(capitals)
-
-
-def _unflatten(flat: Array, glyphs: Sequence[Glyph]) -> tuple[tuple[Array, ...], ...]:
-    sizes = [len(stroke) for glyph in glyphs for stroke in glyph.strokes]
-    pieces = iter(np.split(flat, np.cumsum(sizes)[:-1]))
-    return tuple(tuple(next(pieces) for _ in glyph.strokes) for glyph in glyphs)
 
 
 class DrawnHandwriting:

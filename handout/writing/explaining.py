@@ -73,11 +73,13 @@ def explain(hand: ScannedHand, text: str, rng: np.random.Generator, variation: f
     words = [word for paragraph in choices(paragraphs, choosers) for word in paragraph]
     before = [None, *(int(word.numbers[-1]) for word in words)]
     return [
-        place for word, last in zip(words, before, strict=False) for place in _explained(handwriting.stock, word, last)
+        place
+        for word, last in zip(words, before, strict=False)
+        for place in _explain_word(handwriting.stock, word, last)
     ]
 
 
-def _explained(index: GlyphIndex, word: Choice, before: int | None) -> list[Explained]:
+def _explain_word(index: GlyphIndex, word: Choice, before: int | None) -> list[Explained]:
     """The places of one word, after the glyph `before` of another."""
     graphemes = [spelt(letter) for letter in word.letters]
     explained = []
@@ -127,7 +129,7 @@ def choices_sheet(hand: ScannedHand, explained: Sequence[Explained], most: int =
 
     size = (2 * _MARGIN + _HIGH * max(1, len(explained)), 2 * _MARGIN + _WIDE * (most + 1), 3)
     picture = np.full(size, 255, dtype=np.uint8)
-    rows = [_shown(place, most) for place in explained]
+    rows = [_pick_shown(place, most) for place in explained]
     for row, (place, shown) in enumerate(zip(explained, rows, strict=True)):
         for column, k in enumerate(shown):
             cell, up = cell_of(hand, int(place.numbers[k]))
@@ -146,16 +148,13 @@ def choices_sheet(hand: ScannedHand, explained: Sequence[Explained], most: int =
                 draw.rectangle((x + 2, y + 1, x + _WIDE - 2, y + _HIGH - 4), outline=_TAKEN, width=2)
             middle = (x + _WIDE / 2, y + _HIGH - 26)
             colour = _TAKEN if k == place.choice else _GREY
-            draw.text(middle, _costs(place, k), fill=colour, font=small_font, anchor="ma")
+            parts = (place.fit, place.again, place.noise, place.left + place.right)
+            costs = f"{100 * place.total[k]:.0f} = " + " ".join(f"{100 * part[k]:+.0f}" for part in parts)
+            draw.text(middle, costs, fill=colour, font=small_font, anchor="ma")
     return np.asarray(image)
 
 
-def _shown(place: Explained, most: int) -> list[int]:
+def _pick_shown(place: Explained, most: int) -> list[int]:
     """The cheapest candidates, the taken one among them."""
     shown = [int(k) for k in place.order[:most]]
     return shown if place.choice in shown else [*shown[: most - 1], place.choice]
-
-
-def _costs(place: Explained, k: int) -> str:
-    parts = (place.fit, place.again, place.noise, place.left + place.right)
-    return f"{100 * place.total[k]:.0f} = " + " ".join(f"{100 * part[k]:+.0f}" for part in parts)

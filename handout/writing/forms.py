@@ -78,7 +78,7 @@ class Connectors:
     owned: Indices
     anchor: Indices
 
-    def within(self, reach: Indices) -> NDArray[np.bool_]:
+    def are_within(self, reach: Indices) -> NDArray[np.bool_]:
         """(vertices,): which are among the first so many (ways,) of their way, counted from the glyph's body."""
         return np.asarray(self.away < np.repeat(reach, self.lines.count))
 
@@ -102,14 +102,18 @@ class ExtractedStrokes:
         self._hand, self._centre = hand, centre
         self._before = np.cumsum([0, *(len(page.graph) for page in hand.pages)])  # vertices of the pages before
         self._count = int(self._before[-1])
-        self._owned = self._coded(enumerate(glyph.vertices for glyph in hand.glyphs))
+        self._owned = self._code_vertices(enumerate(glyph.vertices for glyph in hand.glyphs))
         out = [(number, path) for number, paths in sorted(ways.items()) for path in paths]
         into = sorted(((hand.glyphs[number].after, path) for number, path in out), key=itemgetter(0))
-        gone = self._coded([(i, path[1:]) for i, path in out] + [(i, path[:-1]) for i, path in into])
-        ends = self._coded([(i, path[:1]) for i, path in out] + [(i, path[-1:]) for i, path in into])
-        self._codes = _rising(np.concatenate([self._owned[~_among(self._owned, np.sort(gone))], ends]))
+        gone = self._code_vertices([(i, path[1:]) for i, path in out] + [(i, path[:-1]) for i, path in into])
+        ends = self._code_vertices([(i, path[:1]) for i, path in out] + [(i, path[-1:]) for i, path in into])
+        codes = np.sort(np.concatenate([self._owned[~_are_among(self._owned, np.sort(gone))], ends]))
+        # the distinct ones; `np.unique` hashes numbers, which takes ten times as long for these
+        self._codes = codes[np.diff(codes, prepend=-1) > 0]
         self.bodies = self._lines(self._codes, np.searchsorted(self._codes, np.arange(len(centre) + 1) * self._count))
-        self._ways = [(self._coded(side), np.cumsum([0, *(len(path) for _, path in side)])) for side in (out, into)]
+        self._ways = [
+            (self._code_vertices(side), np.cumsum([0, *(len(path) for _, path in side)])) for side in (out, into)
+        ]
         self.exits = self._strokes(*self._ways[0], leaving=True)
         self.entries = self._strokes(*self._ways[1], leaving=False)
 
@@ -139,12 +143,12 @@ class ExtractedStrokes:
             for way, first in self._ways
         ]
         in_body = (at != NOBODY).all(axis=1)
-        in_body[in_body] = ~_among(self._steps(codes[in_body]), np.sort(np.concatenate(walked)))
+        in_body[in_body] = ~_are_among(self._steps(codes[in_body]), np.sort(np.concatenate(walked)))
         order = np.flatnonzero(in_body)[np.argsort(holder[in_body], kind="stable")]
         local = at[order] - self.bodies.first[holder[order], None]
         return np.split(local, np.searchsorted(holder[order], np.arange(1, len(self._centre))))
 
-    def _coded(self, lines: Iterable[tuple[int, Indices]]) -> Indices:
+    def _code_vertices(self, lines: Iterable[tuple[int, Indices]]) -> Indices:
         """The numbers of the vertices of lines, each with the glyph that has it."""
         pages = [glyph.page for glyph in self._hand.glyphs]
         codes = [vertices + (number * self._count + self._before[pages[number]]) for number, vertices in lines]
@@ -160,7 +164,7 @@ class ExtractedStrokes:
         away = np.arange(len(codes)) - np.repeat(begin, size)
         if not leaving:
             away = np.repeat(size, size) - 1 - away
-        theirs = np.where(_among(codes, self._owned), np.repeat(size, size), away)
+        theirs = np.where(_are_among(codes, self._owned), np.repeat(size, size), away)
         owned = np.maximum(np.minimum.reduceat(theirs, begin), 1) if len(begin) else size
         of = codes[begin] // self._count
         anchor = np.searchsorted(self._codes, codes[begin if leaving else end]) - self.bodies.first[of]
@@ -180,13 +184,7 @@ class ExtractedStrokes:
         return Lines(first, place - self._centre[number], radius, density, uv)
 
 
-def _rising(codes: Indices) -> Indices:
-    """The distinct codes, sorted; `np.unique` hashes numbers, which takes ten times as long for these."""
-    codes = np.sort(codes)
-    return codes[np.diff(codes, prepend=-1) > 0]
-
-
-def _among(codes: Indices, rising: Indices) -> NDArray[np.bool_]:
+def _are_among(codes: Indices, rising: Indices) -> NDArray[np.bool_]:
     """(n,): which codes occur in a sorted array of others; by search, since `np.isin` is slower here."""
     if not len(rising):
         return np.zeros(len(codes), dtype=bool)
@@ -263,7 +261,7 @@ def _widths(hand: ScannedHand, bodies: Lines, ways: Connectors, leaving: bool) -
     )
     begin = bodies.first[:-1]
     ends = np.tile(np.maximum.reduceat(letter, begin), (3, 1))
-    of, owned = np.repeat(ways.of, ways.lines.count), ways.within(ways.owned)
+    of, owned = np.repeat(ways.of, ways.lines.count), ways.are_within(ways.owned)
     np.maximum.at(ends[1], of[owned], way[owned])
     np.maximum.at(ends[2], of, way)
     thick = np.add.reduceat(bodies.radius, begin) / bodies.count
@@ -304,7 +302,7 @@ class Connector:
         return len(self.xy)
 
     @cached_property
-    def along(self) -> Array:
+    def share_along(self) -> Array:
         """(n,) float: how far each vertex is along the way, 0 to 1."""
         return _fractions(self.xy)
 
@@ -352,9 +350,9 @@ class Forms:
         self.hand = hand
         self.centre = hand.centres
         self.marks = np.array([is_mark(glyph.letter) for glyph in hand.glyphs], dtype=bool)
-        self.paths, self._extracted, self._edges, self._loose = _extracted(hand)
+        self.paths, self._extracted, self._edges, self._loose = _extract_connectors(hand)
         self.bodies = self._extracted.bodies
-        self._exits, self._entries = _grouped(self._extracted.exits), _grouped(self._extracted.entries)
+        self._exits, self._entries = _group_ways(self._extracted.exits), _group_ways(self._extracted.entries)
         self._made: dict[int, GlyphLine] = {}
 
     def __len__(self) -> int:
@@ -363,16 +361,13 @@ class Forms:
     def __getitem__(self, number: int) -> GlyphLine:
         form = self._made.get(number)
         if form is None:
-            form = self._made[number] = self._form(number)
+            form = self._made[number] = GlyphLine(
+                *self.bodies[number],
+                self._edges[number],
+                tuple(self._way(self._extracted.entries, way, self._loose[0]) for way in self._entries.get(number, ())),
+                tuple(self._way(self._extracted.exits, way, self._loose[1]) for way in self._exits.get(number, ())),
+            )
         return form
-
-    def _form(self, number: int) -> GlyphLine:
-        return GlyphLine(
-            *self.bodies[number],
-            self._edges[number],
-            tuple(self._way(self._extracted.entries, way, self._loose[0]) for way in self._entries.get(number, ())),
-            tuple(self._way(self._extracted.exits, way, self._loose[1]) for way in self._exits.get(number, ())),
-        )
 
     def _way(self, strokes: Connectors, way: int, loose: Indices) -> Connector:
         place, radius, density, uv = strokes.lines[way]
@@ -404,7 +399,7 @@ class Forms:
         """(m,), (m, 2), (m,): the glyph, place and radius of every vertex of `GlyphLine.whole`, form after form."""
         of, xy, radius = [np.repeat(np.arange(len(self)), self.bodies.count)], [self.bodies.xy], [self.bodies.radius]
         for strokes, loose in zip((self._extracted.entries, self._extracted.exits), self._loose, strict=True):
-            near = strokes.within(loose)
+            near = strokes.are_within(loose)
             of.append(np.repeat(strokes.of, strokes.lines.count)[near])
             xy.append(strokes.lines.xy[near])
             radius.append(strokes.lines.radius[near])
@@ -412,14 +407,14 @@ class Forms:
         return np.concatenate(of)[order], np.concatenate(xy)[order], np.concatenate(radius)[order]
 
 
-def along(xy: Array, count: int) -> Array:
+def spread_evenly(xy: Array, count: int) -> Array:
     """(count, 2): places at even distances along a line (n, 2) from its first to its last."""
-    t, fractions = _even(count), _fractions(xy)
+    t, fractions = _even_places(count), _fractions(xy)
     return np.column_stack([np.interp(t, fractions, column) for column in xy.T])
 
 
 @lru_cache
-def _even(count: int) -> Array:
+def _even_places(count: int) -> Array:
     return readonly(np.linspace(0, 1, count), count)
 
 
@@ -439,7 +434,9 @@ _Loose: TypeAlias = "tuple[Indices, Indices]"
 
 
 @lru_cache(maxsize=4)
-def _extracted(hand: ScannedHand) -> tuple[Mapping[int, Sequence[Indices]], ExtractedStrokes, list[Indices], _Loose]:
+def _extract_connectors(
+    hand: ScannedHand,
+) -> tuple[Mapping[int, Sequence[Indices]], ExtractedStrokes, list[Indices], _Loose]:
     """A hand's connectors as paths, all its lines, the edges of its bodies, and the loose lengths of entries and exits.
 
     Cached, since it takes a while and a hand's forms are needed when a text is set and again when it is traced.
@@ -481,7 +478,7 @@ def _before_turn(strokes: Connectors, turn: float, direction: int) -> Indices:
     return np.maximum(np.array(kept, dtype=np.intp), strokes.owned)
 
 
-def _grouped(strokes: Connectors) -> Mapping[int, range]:
+def _group_ways(strokes: Connectors) -> Mapping[int, range]:
     """Glyph → the numbers of its ways."""
     glyphs, first, count = np.unique(strokes.of, return_index=True, return_counts=True)
     groups = zip(glyphs.tolist(), first.tolist(), count.tolist(), strict=True)
@@ -511,9 +508,9 @@ def _clear(path: Indices, entries: list[Indices], beyond: list[Indices]) -> Indi
     """A path without what it shares with the ligatures on the far sides of its two letters; two vertices at least."""
     first, last = 0, len(path) - 1
     for other in entries:
-        first = max(first, *np.flatnonzero(_among(path, np.sort(other))).tolist(), 0)
+        first = max(first, *np.flatnonzero(_are_among(path, np.sort(other))).tolist(), 0)
     for other in beyond:
-        last = min(last, *np.flatnonzero(_among(path, np.sort(other))).tolist(), last)
+        last = min(last, *np.flatnonzero(_are_among(path, np.sort(other))).tolist(), last)
     if last <= first:
         first = min(first, len(path) - 2)
         last = first + 1

@@ -37,7 +37,7 @@ from handout.hand.scanned import NOBODY, ScannedHand
 from handout.hand.vetting import SURE, vet
 from handout.values import Array, Indices, readonly, readonly_indices
 from handout.writing.choosing import Candidates, fading_cost
-from handout.writing.forms import along, ways
+from handout.writing.forms import spread_evenly, ways
 from handout.writing.text import Letter, spelt
 
 
@@ -95,7 +95,7 @@ WEIGHTS = ChoiceWeights()
 def intrinsic_cost(hand: ScannedHand, bodies: Sequence[Indices]) -> Array:
     """(n,) float ≥ 0: of writing each glyph at all, given its body, which may be empty."""
     empty = np.array([not len(body) for body in bodies], dtype=bool)
-    lent = np.arange(len(bodies)) >= hand.own
+    lent = np.arange(len(bodies)) >= hand.own_count
     return np.asarray(doubt(hand) + WEIGHTS.broken * empty + WEIGHTS.lent * lent + WEIGHTS.blot * blots(hand))
 
 
@@ -105,10 +105,10 @@ def doubt(hand: ScannedHand) -> Array:
 
     That a person confirmed a glyph takes nothing from it.
     """
-    own = np.arange(len(hand.glyphs)) < hand.own
+    own = np.arange(len(hand.glyphs)) < hand.own_count
     odd = misread(hand.author or hand)
     cost = WEIGHTS.doubtful * (1 - vet(hand).plainness)
-    cost[own] += WEIGHTS.lent * odd[: hand.own]
+    cost[own] += WEIGHTS.lent * odd[: hand.own_count]
     return readonly(cost, len(hand.glyphs))
 
 
@@ -130,15 +130,18 @@ def blots(hand: ScannedHand) -> Array:
         surplus.append(length * np.maximum(graph.radius / usual - _WIDE, 0.0))
     each = np.array([surplus[glyph.page][glyph.vertices].sum() for glyph in hand.glyphs])
     for letter in hand.letters:
-        numbers = hand.of(letter)
+        numbers = hand.numbers_of_letter(letter)
         each[numbers] = np.maximum(each[numbers] - np.median(each[numbers]), 0.0)
     return readonly(each, len(hand.glyphs))
 
 
 def better_lent(hand: ScannedHand, letter: str) -> bool:
     """Whether all glyphs of a letter are more doubtful than a lent one would be strange; none that is confirmed is."""
-    numbers = [n for n in hand.of(letter).tolist() if not hand.glyphs[n].confirmed]
-    return len(numbers) == len(hand.of(letter)) and float(doubt(hand)[numbers].min(initial=np.inf)) > WEIGHTS.lent
+    numbers = [n for n in hand.numbers_of_letter(letter).tolist() if not hand.glyphs[n].confirmed]
+    return (
+        len(numbers) == len(hand.numbers_of_letter(letter))
+        and float(doubt(hand)[numbers].min(initial=np.inf)) > WEIGHTS.lent
+    )
 
 
 class TransitionCosts:
@@ -317,13 +320,13 @@ def residuals(hand: ScannedHand, bodies: Sequence[Indices]) -> Array:
     both = list(zip(bodies, graphs, strict=True))
     radius = np.concatenate([graph.radius[body] / pitch for body, (graph, pitch) in both])
     density = np.concatenate([graph.density[body] for body, (graph, _) in both])
-    _, height, _, slant = body_sizes(hand.placed(of, vertices), radius, first, 1 / hand.pitch).T
+    _, height, _, slant = body_sizes(hand.place_vertices(of, vertices), radius, first, 1 / hand.pitch).T
     begin = first[:-1]
     thick, dark = np.add.reduceat(radius, begin) / size, np.add.reduceat(density, begin) / size
     features = np.stack([height, slant, np.log(thick), dark], axis=1)
     departures = np.zeros_like(features)
     for letter in hand.letters:
-        numbers = hand.of(letter)
+        numbers = hand.numbers_of_letter(letter)
         if len(numbers) >= _FEW:
             departures[numbers] = features[numbers] - np.median(features[numbers], axis=0)
     compared = departures[np.abs(departures).sum(axis=1) > 0]
@@ -522,9 +525,9 @@ def _ligatures(hand: ScannedHand) -> tuple[Array, Array]:
     each = [(number, k, path) for number, paths in paths_of.items() for k, path in enumerate(paths)]
     size = np.array([len(path) for _, _, path in each], dtype=np.intp)
     of = np.repeat(np.array([number for number, _, _ in each], dtype=np.intp), size)
-    places = hand.placed(of, np.concatenate([np.zeros(0, dtype=np.intp), *(path for _, _, path in each)]))
+    places = hand.place_vertices(of, np.concatenate([np.zeros(0, dtype=np.intp), *(path for _, _, path in each)]))
     for (number, k, _), way in zip(each, np.split(places, np.cumsum(size)[:-1]), strict=False):
-        exits[number, k] = entries[hand.glyphs[number].after, k] = along(way, _PLACES)
+        exits[number, k] = entries[hand.glyphs[number].after, k] = spread_evenly(way, _PLACES)
     for array in (exits, entries):
         array.flags.writeable = False
     return exits, entries

@@ -15,7 +15,7 @@ import numpy as np
 from handout.hand.scanned import NOBODY
 from handout.values import Array, Indices, LineGraph
 from handout.writing.bending import Bend
-from handout.writing.forms import Connector, GlyphLine, along
+from handout.writing.forms import Connector, GlyphLine, spread_evenly
 
 _ALIKE, _APART = 0.12, 0.35  # x-heights between two ways: up to here they are blended, from here on not at all
 _TANGENT = 0.2  # of a way, that its direction at an end is taken over
@@ -54,7 +54,7 @@ def rises(first: GlyphLine, second: GlyphLine, pairs: tuple[tuple[int, int], ...
 def meets(out: Connector, into: Connector) -> tuple[float, float]:
     """By how much the second centre must stand to the right of the first for two ways to lie on each other, on the
     mean, and the deviation of that along them."""
-    apart = along(out.xy, _COMPARED)[:, 0] - along(into.xy, _COMPARED)[:, 0]
+    apart = spread_evenly(out.xy, _COMPARED)[:, 0] - spread_evenly(into.xy, _COMPARED)[:, 0]
     return float(apart.mean()), float(apart.std())
 
 
@@ -79,7 +79,7 @@ def blend(out: Connector, into: Connector, out_xy: Array, into_xy: Array, unit: 
     xy : (k, 2); begins where `out` begins and ends where `into` ends, in their directions.
     radius : (k,)
     """
-    t = out.along if len(out) >= len(into) else into.along
+    t = out.share_along if len(out) >= len(into) else into.share_along
     weight = smooth(t)[:, None]
     ours = np.column_stack([at(out, out_xy, t), at(out, out.radius, t)])
     theirs = np.column_stack([at(into, into_xy, t), at(into, into.radius, t)])
@@ -121,8 +121,8 @@ def cubic(start: Array, leaving: Array, end: Array, coming: Array, at: Array) ->
 def at(way: Connector, values: Array, t: Array) -> Array:
     """Values (n,) or (n, d) of a way's vertices at the fractions `t` of its length."""
     if values.ndim == 1:
-        return np.interp(t, way.along, values)
-    return np.column_stack([np.interp(t, way.along, column) for column in values.T])
+        return np.interp(t, way.share_along, values)
+    return np.column_stack([np.interp(t, way.share_along, column) for column in values.T])
 
 
 _TOUCH = 0.5  # of the two radii: a stroke that is cut ends so deep in the ink of the letter that it met

@@ -23,7 +23,7 @@ from handout.branching import branches
 from handout.hand.measures import mean_slant, mean_x_height
 from handout.hand.scanned import NOBODY
 from handout.values import Array, Indices
-from handout.writing.forms import Connector, Connectors, Forms, GlyphLine
+from handout.writing.forms import Connector, Forms, GlyphLine
 from handout.writing.joining import matches
 
 Joint = tuple[Connector, Connector]
@@ -49,9 +49,9 @@ class Joints:
 
     def is_new(self, first: int, second: int) -> bool:
         """Whether a ligature leads from one glyph to the next that its author did not make."""
-        return bool(self.between(first, second)) and not matches(self._forms[first], self._forms[second])
+        return bool(self.joints_between(first, second)) and not matches(self._forms[first], self._forms[second])
 
-    def between(self, first: int, second: int) -> tuple[Joint, ...]:
+    def joints_between(self, first: int, second: int) -> tuple[Joint, ...]:
         """The way out of one glyph and the way into the next, of each ligature; none where the pen is lifted."""
         one, two = self._forms[first], self._forms[second]
         made = tuple((one.exits[i], two.entries[j]) for i, j in matches(one, two))
@@ -100,15 +100,16 @@ class Joints:
         """A way out of a glyph, or into it, in the shape of another; None where no stroke of it ends there."""
         key = number, leaving
         if key not in self._made:
-            self._made[key] = self._shaped(number, leaving)
+            self._made[key] = self._shape_joint(number, leaving)
         return self._made[key]
 
-    def _shaped(self, number: int, leaving: bool) -> Connector | None:
+    def _shape_joint(self, number: int, leaving: bool) -> Connector | None:
         forms, ways, hand = self._forms, self._forms.connectors(leaving=leaving), self._forms.hand
         if not len(ways.of):
             return None
         form, height, letter = forms[number], float(forms.centre[number, 1]), hand.glyphs[number].letter
-        anchors = _anchors(ways, leaving)
+        lines = ways.lines  # anchors : (m, 2), where each way leaves its glyph, or comes to it, from the glyph's centre
+        anchors = lines.xy[lines.first[:-1] if leaving else lines.first[1:] - 1]
         theirs = np.array([hand.glyphs[of].letter == letter for of in ways.of.tolist()], dtype=bool)
         if not (leaving or theirs.any()):
             return None
@@ -125,12 +126,7 @@ class Joints:
             away[~theirs] = np.inf
         way = int(away.argmin())
         shape = (ways.lines[way].xy - anchors[way] + root)[:: 1 if leaving else -1]
-        return _inked(form, _from(shape, form.xy[start], across), stroke, leaving, height)
-
-
-def _anchors(ways: Connectors, leaving: bool) -> Array:
-    """(m, 2): where each way leaves its glyph, or comes to it, from the glyph's centre."""
-    return ways.lines.xy[ways.lines.first[:-1] if leaving else ways.lines.first[1:] - 1]
+        return _ink_way(form, _lead_over(shape, form.xy[start], across), stroke, leaving, height)
 
 
 def _start(form: GlyphLine, usual: Array | None, across: Array, x_height: float) -> int | None:
@@ -148,7 +144,7 @@ def _start(form: GlyphLine, usual: Array | None, across: Array, x_height: float)
     return int(ends[along][out[ends[along]].argmax()]) if along.any() else int(np.hypot(*away.T).argmin())
 
 
-def _from(shape: Array, start: Array, across: Array) -> Array:
+def _lead_over(shape: Array, start: Array, across: Array) -> Array:
     """What of a way (n, 2), outwards, lies beyond a place (2,), led over to it."""
     beyond = int(np.argmax(np.append((shape - start) @ across > _ROUNDING, True)))
     rest = shape[min(beyond, len(shape) - _LEAST) :] if len(shape) > _LEAST else shape
@@ -168,7 +164,7 @@ def _stroke(form: GlyphLine, start: int) -> Indices | None:
     return longest if len(longest) > 1 else None
 
 
-def _inked(form: GlyphLine, outwards: Array, stroke: Indices, leaving: bool, centre: float) -> Connector:
+def _ink_way(form: GlyphLine, outwards: Array, stroke: Indices, leaving: bool, centre: float) -> Connector:
     """A way (n, 2) from its letter with the ink of a stroke, over and over, there and back."""
     run = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(outwards, axis=0).T))])
     own = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(form.xy[stroke], axis=0).T))])

@@ -86,7 +86,7 @@ def line_geometries(
     for number in range(count):
         below = max(rng.normal(0.0, jitter * model.pitch), below - model.closer)
         drift = min(model.edge_drift * (number - begun), _MOST_DRIFT)
-        edge = edges.next(rng) + habit * drift
+        edge = edges.draw_next(rng) + habit * drift
         fresh = rng.normal(0.0, jitter * model.tilt)
         tilt = model.tilt_memory * tilt + math.sqrt(1 - model.tilt_memory**2) * fresh if number else fresh
         sag = habit * model.bend_mean + rng.normal(0.0, jitter * model.bend)
@@ -122,7 +122,7 @@ class Ruling:
         heights = [height for height, _ in self.rules]
         return float(np.median(np.diff(heights))) if len(heights) > 1 else 1000.0
 
-    def within(self, top: float, bottom: float, reach: float) -> tuple[tuple[float, float], ...]:
+    def rules_within(self, top: float, bottom: float, reach: float) -> tuple[tuple[float, float], ...]:
         """The rules that lie between two heights, mm, up to `reach` mm left and right of the page's middle."""
         return tuple(
             (height, slope)
@@ -236,7 +236,7 @@ class Layout:
         upper, lower = top + ASCENT * self.x_height, self.page.height - bottom - DESCENT * self.x_height
         middle = self.page.width / 2
         reach = max(middle - left, middle - right, 0.0)
-        return self.ruling.within(upper + FOOT_ABOVE_RULE, lower + FOOT_ABOVE_RULE, reach)
+        return self.ruling.rules_within(upper + FOOT_ABOVE_RULE, lower + FOOT_ABOVE_RULE, reach)
 
 
 @dataclass(frozen=True)
@@ -291,6 +291,8 @@ def author_baselines(hand: ScannedHand) -> BaselineModel:
     sags = np.concatenate([page.sag[lines] for page, lines in zip(pages, long, strict=True)])
     share = len(sags) / (len(sags) + HABITS.prior)
     mean = float(np.median(sags))
+    # how far lines stand from even distances
+    uneven = [page.height - np.polyval(np.polyfit(page.number, page.height, 1), page.number) for page in pages]
     return BaselineModel(
         edge=_deviation([rest for rest, _ in edges], USUAL_BASELINES.edge, HABITS.edge, 2),
         edge_memory=_memory([rest for rest, _ in edges], USUAL_BASELINES.edge_memory, 2),
@@ -301,7 +303,7 @@ def author_baselines(hand: ScannedHand) -> BaselineModel:
         bend=_deviation([sags - mean], USUAL_BASELINES.bend, HABITS.bend),
         bend_mean=share * float(np.clip(mean, -HABITS.bend_mean, HABITS.bend_mean)),
         reach=float(np.median(np.concatenate([page.reach for page in pages]))),
-        pitch=_deviation([_uneven(page) for page in pages], USUAL_BASELINES.pitch, HABITS.pitch, 2),
+        pitch=_deviation(uneven, USUAL_BASELINES.pitch, HABITS.pitch, 2),
         closer=max(map(_closer, pages)),
     )
 
@@ -345,11 +347,6 @@ def _course(x: Array, y: Array) -> tuple[float, float]:
     on, up = (np.subtract.outer(of, of) for of in (x, y))
     slope = float(np.median(up[on > 0] / on[on > 0]))
     return slope, float(np.median(y) - slope * np.median(x))
-
-
-def _uneven(page: _PageLines) -> Array:
-    """How far lines stand from even distances."""
-    return page.height - np.polyval(np.polyfit(page.number, page.height, 1), page.number)
 
 
 def _closer(page: _PageLines) -> float:

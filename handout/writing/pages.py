@@ -32,7 +32,7 @@ _MOST_SPACES = 12  # in a row that widen a gap
 class SetGlyph(Protocol):
     """A glyph in its word; a glyph with a plan, or one with ink."""
 
-    def moved(self, x: float) -> Self:
+    def move_by(self, x: float) -> Self:
         """The same, so many x-heights further right."""
 
 
@@ -71,7 +71,7 @@ class Word(Generic[G]):
 
     def _part(self, a: int, b: int) -> Word[G]:
         begin = float(self.extents[a, 0]) if a else 0.0
-        glyphs = tuple(glyph.moved(-begin) for glyph in self.glyphs[a:b])
+        glyphs = tuple(glyph.move_by(-begin) for glyph in self.glyphs[a:b])
         extents = self.extents[a:b] - begin
         left, right = float(extents[:, 0].min()), float(extents[:, 1].max())
         return Word(glyphs, extents, self.at[a:b], self.spelt[a:b], right, left, right, self.glued or a > 0)
@@ -125,7 +125,7 @@ def wide_gap(usual: float, spaces: int) -> float:
     return usual * (1 + _MORE_SPACE * (min(spaces, _MOST_SPACES) - 1))
 
 
-def indented(units: Iterator[Unit[G]]) -> tuple[float, Iterator[Unit[G]]]:
+def indent_paragraph(units: Iterator[Unit[G]]) -> tuple[float, Iterator[Unit[G]]]:
     """A paragraph with its indent; words behind the first are not asked for."""
     first = list(islice(units, 1))
     return (first[0].gap if first else 0.0), chain(first, units)
@@ -166,7 +166,7 @@ def wrap(paragraph: Iterable[Unit[G]], indent: float, room: float, squeeze: floa
     """Break a paragraph into rows of at most `room` x-heights; an empty one gives one empty row."""
     units: list[Unit[G]] = []
     for unit in paragraph:
-        if units and squeezed([*units, unit], room - indent, squeeze) is None:
+        if units and squeeze_gaps([*units, unit], room - indent, squeeze) is None:
             yield _row(units, indent, room, squeeze)
             units, indent = [], 0.0
         units.append(unit)
@@ -174,7 +174,7 @@ def wrap(paragraph: Iterable[Unit[G]], indent: float, room: float, squeeze: floa
 
 
 def _row(units: list[Unit[G]], indent: float, room: float, squeeze: float) -> UnitRow[G]:
-    gaps = squeezed(units, room - indent, squeeze)
+    gaps = squeeze_gaps(units, room - indent, squeeze)
     return UnitRow(tuple(units), tuple(gaps if gaps is not None else _gaps(units)), indent)
 
 
@@ -187,7 +187,7 @@ def _gaps(units: Sequence[Unit[G]]) -> list[float]:
     return gaps[: len(units)]
 
 
-def squeezed(units: Sequence[Unit[G]], room: float, squeeze: float) -> list[float] | None:
+def squeeze_gaps(units: Sequence[Unit[G]], room: float, squeeze: float) -> list[float] | None:
     """The gaps with which the units fit into `room`, narrowed where they must be; None where they cannot."""
     gaps = _gaps(units)
     over = extent(units, gaps) - room
@@ -218,7 +218,7 @@ def rows_on_pages(
     DoesNotFit
         More rows than the pages hold.
     """
-    written = map(indented, paragraphs)
+    written = map(indent_paragraph, paragraphs)
     limit = pages or (1 if layout.fit else None)
     if limit is None:
         return layout, rows_of(written, layout)
@@ -236,26 +236,23 @@ def _fitted_rows(
     if not layout.fit:
         raise _too_long(len(rows), pitch, layout, limit)
     for scale in np.linspace(1.0, SMALLEST_FIT, 46)[1:]:
-        smaller = _scaled(layout, pitch, float(scale))
+        smaller = _scale_layout(layout, pitch, float(scale))
         rows = list(rows_of(paragraphs, smaller))
         if _pages(len(rows), pitch, smaller) <= limit and _widest(rows) <= smaller.room:
             return smaller, rows
-    tight = _scaled(layout, pitch, SMALLEST_FIT, _BUNCHED[1])
-    rows = list(rows_of([(indent, _bunch(units)) for indent, units in paragraphs], tight))
+    tight = _scale_layout(layout, pitch, SMALLEST_FIT, _BUNCHED[1])
+    bunched = [(indent, [replace(unit, gap=unit.gap * _BUNCHED[0]) for unit in units]) for indent, units in paragraphs]
+    rows = list(rows_of(bunched, tight))
     if _pages(len(rows), pitch, tight) <= limit:
         return tight, rows
     raise _too_long(len(rows), pitch, tight, limit)
 
 
-def _scaled(layout: Layout, pitch: float, scale: float, tighter: float = 1.0) -> Layout:
+def _scale_layout(layout: Layout, pitch: float, scale: float, tighter: float = 1.0) -> Layout:
     if layout.ruling is not None:  # the rules stay where they are
         return replace(layout, x_height=layout.x_height * scale)
     distance = layout.baseline_distance(pitch) * scale * tighter
     return replace(layout, x_height=layout.x_height * scale, line_spacing=max(distance, layout.x_height * scale))
-
-
-def _bunch(units: Sequence[Unit[G]]) -> list[Unit[G]]:
-    return [replace(unit, gap=unit.gap * _BUNCHED[0]) for unit in units]
 
 
 def _widest(rows: Sequence[UnitRow[G]]) -> float:
@@ -266,11 +263,11 @@ def rows_of(paragraphs: Iterable[tuple[float, Iterable[Unit[G]]]], layout: Layou
     """The rows of all paragraphs, one after the other; of an indent no more than half the room is kept."""
     width = layout.room
     for indent, units in paragraphs:
-        parts = (part for unit in units for part in _broken(unit, width))
+        parts = (part for unit in units for part in _break_unit(unit, width))
         yield from wrap(parts, min(indent, 0.5 * width), width)
 
 
-def _broken(unit: Unit[G], room: float) -> list[Unit[G]]:
+def _break_unit(unit: Unit[G], room: float) -> list[Unit[G]]:
     """A word wider than the line, cut between letters; any other as it is."""
     first, *others = unit.word.parts(room)
     intended = None if unit.intended is None else ""  # a slip is told of once
@@ -329,10 +326,10 @@ def paginate(
             f"the margins, but there are {layout.height:.1f} mm: use a smaller --x-height, smaller margins or a "
             "larger page."
         )
-    return _paginated(rows, writer, layout, rng, held)
+    return _paginate_rows(rows, writer, layout, rng, held)
 
 
-def _paginated(
+def _paginate_rows(
     rows: Iterable[UnitRow[G]], writer: Handwriting[G], layout: Layout, rng: np.random.Generator, held: int
 ) -> Iterator[Sheet]:
     """Pages of `held` rows."""
@@ -359,7 +356,7 @@ def _sheet(
     scale, pitch = layout.x_height, layout.baseline_distance(writer.pitch)
     lines, words, slips = list[Line](), 0, list[dict[str, Any]]()
     half_width = 0.5 * layout.width
-    even = _even(layout, pitch, len(rows))
+    even = _even_baselines(layout, pitch, len(rows))
     model = writer.baseline_model if layout.ruling is None else on_rules(writer.baseline_model)
     # by a stream of its own: a line more changes nothing behind it
     wandering = line_geometries(model, len(rows), layout.jitter, 0.5 * layout.room, rng.spawn(1)[0])
@@ -369,14 +366,18 @@ def _sheet(
         baseline = height - geometry.above * scale
         if layout.ruling is None:
             baseline = layout.margin[0] + (ASCENT - geometry.above) * scale + number * pitch
-        x = layout.margin[3] + scale * (_left(row, layout, geometry.edge) + row.indent)
+        x = layout.margin[3] + scale * (_find_left(row, layout, geometry.edge) + row.indent)
         rise = (geometry.slope - slope, geometry.sag * scale, layout.margin[3] + half_width, half_width)
         starts, to_page = _starts(row, x, scale), on_page(baseline, rise)
         placed = writer.place([unit.word for unit in row.units], starts, scale, to_page)
         if any(unit.intended is not None for unit in row.units):
-            placed = _struck(placed, row, starts, layout, to_page, strike_through)
+            placed = _strike_words(placed, row, starts, layout, to_page, strike_through)
         lines.append(Line(_text(row), tuple(replace(p, word=words + p.word) for p in placed), baseline, rise))
-        slips += [{"page": page, "line": len(lines), **slip} for slip in _slips(row)]
+        slips += [
+            {"page": page, "line": len(lines), "written": "".join(unit.word.spelt), "meant": unit.intended}
+            for unit in row.units
+            if unit.intended
+        ]
         words += len(row.units)
     lower = 0.0
     if layout.ruling is None:  # what is written on rules stays there
@@ -386,7 +387,7 @@ def _sheet(
     return Manuscript(tuple(lines), layout.page, scale, about)
 
 
-def _even(layout: Layout, pitch: float, count: int) -> list[tuple[float, float]]:
+def _even_baselines(layout: Layout, pitch: float, count: int) -> list[tuple[float, float]]:
     """(height, slope) of the even baselines of a page: mm at the middle between its margins, and tangent, down."""
     if layout.ruling is None:
         return [(layout.margin[0] + ASCENT * layout.x_height + number * pitch, 0.0) for number in range(count)]
@@ -409,7 +410,7 @@ def _inside(lines: Sequence[Line], layout: Layout, slack: float) -> tuple[list[L
     for line in lines:
         top, bottom = _extent(line)
         alone = max(upper - top - down, 0.0) or -min(max(bottom + down - lower, 0.0), max(top + down - upper, 0.0))
-        moved.append(_shifted(line, down + alone) if down + alone else line)
+        moved.append(_shift_line(line, down + alone) if down + alone else line)
     return moved, down
 
 
@@ -420,7 +421,7 @@ def _extent(line: Line) -> tuple[float, float]:
     return float(np.concatenate(tops).min()), float(np.concatenate(bottoms).max())
 
 
-def _shifted(line: Line, down: float) -> Line:
+def _shift_line(line: Line, down: float) -> Line:
     """The line further down its page, mm."""
     by = np.array([0.0, down])
     placed = []
@@ -430,7 +431,7 @@ def _shifted(line: Line, down: float) -> Line:
     return replace(line, placed=tuple(placed), baseline=line.baseline + down)
 
 
-def _struck(
+def _strike_words(
     placed: Iterable[Placed],
     row: UnitRow[G],
     starts: Sequence[float],
@@ -459,11 +460,6 @@ def _struck(
         yield Placed(mark, tuple(strokes), joined=False, word=number, at=glyphs[-1].at)
 
 
-def _slips(row: UnitRow[G]) -> list[dict[str, str]]:
-    """What was written in a row, and what was meant."""
-    return [{"written": "".join(unit.word.spelt), "meant": unit.intended} for unit in row.units if unit.intended]
-
-
 def _starts(row: UnitRow[G], x: float, scale: float) -> list[float]:
     """Where the words of a row start, mm."""
     starts = []
@@ -474,7 +470,7 @@ def _starts(row: UnitRow[G], x: float, scale: float) -> list[float]:
     return starts
 
 
-def _left(row: UnitRow[G], layout: Layout, edge: float) -> float:
+def _find_left(row: UnitRow[G], layout: Layout, edge: float) -> float:
     """Where a row begins, x-heights from the left margin; its ink stays inside the margins."""
     spare = layout.room - row.indent - row.width
     if layout.align == "right":

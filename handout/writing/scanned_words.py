@@ -20,7 +20,7 @@ import numpy as np
 
 from handout.hand.scanned import ScannedHand
 from handout.values import Array, Glyph, Indices, Ink, LineGraph, Placed
-from handout.writing.bending import Bend, InstanceSpread, bend, spread
+from handout.writing.bending import Bend, InstanceSpread, bend, measure_spread
 from handout.writing.choosing import Choice, GlyphChooser, Prices, Rewrites, word_stream
 from handout.writing.forms import Forms, GlyphLine
 from handout.writing.glyph_index import GlyphIndex, Neighbours, index_glyphs, neighbours
@@ -30,7 +30,7 @@ from handout.writing.layout import author_baselines
 from handout.writing.pages import ToPage, Unit, Word, wide_gap
 from handout.writing.spacing import WORDS, HeightModel, SpacingModel, height_model, resolve_collisions, spacing_model
 from handout.writing.text import spelt
-from handout.writing.variation import Chances, correlated
+from handout.writing.variation import Chances, correlate_values
 
 # decimals of the heights of glyphs, line space: a thousandth of a millimetre is seen by nobody, and letters that come
 # 30 after a letter, which move it by less, leave it as it was
@@ -57,7 +57,7 @@ class LayoutModel:
 
     def joints(self, numbers: Sequence[int], apart: Sequence[bool]) -> list[tuple[Joint, ...]]:
         """The ligatures from each of some glyphs to the next; `apart` says before which there is a space."""
-        between = self.spacing.joints.between
+        between = self.spacing.joints.joints_between
         return [() if space else between(*pair) for pair, space in zip(pairwise(numbers), apart[1:], strict=True)]
 
     def bends(self, numbers: Indices, chances: Chances, variation: float = 1.0) -> list[Bend]:
@@ -66,7 +66,7 @@ class LayoutModel:
         variation : 0 not at all, 1 as much as is usual.
         """
         # size and slant drift, as people's do; a generator a glyph, so that another in its place changes no others
-        drifts = correlated(chances.walk)
+        drifts = correlate_values(chances.walk)
         return [
             _bent(ref(self), number, tuple(drift), seed, variation)
             for number, drift, seed in zip(numbers.tolist(), drifts.tolist(), chances.seed.tolist(), strict=True)
@@ -86,7 +86,7 @@ def layout_model(hand: ScannedHand) -> LayoutModel:
     """The layout_model of a hand; takes about a third of a second for a page of a thousand letters."""
     forms = Forms(hand)
     near = neighbours(hand, forms.centre[:, 0])
-    return LayoutModel(forms, near, spacing_model(forms, near), height_model(forms, near), spread(forms))
+    return LayoutModel(forms, near, spacing_model(forms, near), height_model(forms, near), measure_spread(forms))
 
 
 def _reach(form: GlyphLine, bend: Bend) -> tuple[float, float]:
@@ -132,7 +132,7 @@ class InkGlyph:
     y: float
     bend: Bend
 
-    def moved(self, x: float) -> InkGlyph:
+    def move_by(self, x: float) -> InkGlyph:
         """See `pages.SetGlyph`."""
         return replace(self, x=self.x + x)
 
@@ -183,7 +183,7 @@ class ScannedHandwriting:
         starts = np.zeros(len(numbers), dtype=bool)
         starts[first[:-1]] = [choice.spaces > 0 for choice in choices]
         parts = zip(choices, streams, strict=True)
-        chances = Chances.joined([Chances.of(rng, len(choice.numbers)) for choice, rng in parts])
+        chances = Chances.join_words([Chances.draw(rng, len(choice.numbers)) for choice, rng in parts])
         apart = model.spacing.between(numbers, starts, chances, variation)
         y = model.heights.heights_of(numbers, starts, chances, variation).round(_FINE)
         bends = model.bends(numbers, chances, variation)

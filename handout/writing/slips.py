@@ -66,10 +66,10 @@ def slip(paragraphs: Iterable[Sequence[Piece]], rate: float, rng: np.random.Gene
         A rate out of its bounds.
     """
     share = check_rate(rate) / 100
-    return (list(_slipped(pieces, share, rng)) for pieces in paragraphs)
+    return (list(_make_slips(pieces, share, rng)) for pieces in paragraphs)
 
 
-def _slipped(pieces: Sequence[Piece], share: float, rng: np.random.Generator) -> Iterator[Piece]:
+def _make_slips(pieces: Sequence[Piece], share: float, rng: np.random.Generator) -> Iterator[Piece]:
     for number, piece in enumerate(pieces):
         if not isinstance(piece, int) and rng.random() < share:
             wrong = _wrong(pieces, number, rng)
@@ -85,11 +85,11 @@ def _wrong(pieces: Sequence[Piece], number: int, rng: np.random.Generator) -> li
     if not word:
         return []
     ways: list[Callable[[], list[Letter]]] = [
-        lambda: _swapped(word, rng),
+        lambda: _swap_letters(word, rng),
         lambda: _left_out(word, rng),
         lambda: _too_soon(word, rng),
         lambda: _instead(word, _core(pieces, number - 2), _MOST_REPEATED),
-        lambda: _noticed(word, _core(pieces, number + 2), _LEAST - 1, rng),
+        lambda: _notice_slip(word, _core(pieces, number + 2), _LEAST - 1, rng),
     ]
     for way in rng.permutation(len(ways)):
         wrong = ways[int(way)]()
@@ -114,20 +114,20 @@ def _core(pieces: Sequence[Piece], number: int) -> list[Letter]:
     return word if lower_case and all(lower_case) else []
 
 
-def _swapped(word: _Word, rng: np.random.Generator) -> list[Letter]:
-    i = int(rng.integers(_first(word), max(len(word) - 1, 1)))
-    return _noticed(word, [*word[:i], *word[i + 1 : i + 2], word[i], *word[i + 2 :]], i, rng)
+def _swap_letters(word: _Word, rng: np.random.Generator) -> list[Letter]:
+    i = int(rng.integers(_first_movable(word), max(len(word) - 1, 1)))
+    return _notice_slip(word, [*word[:i], *word[i + 1 : i + 2], word[i], *word[i + 2 :]], i, rng)
 
 
 def _left_out(word: _Word, rng: np.random.Generator) -> list[Letter]:
     i = int(rng.integers(1, max(len(word) - 1, 2)))
-    return _noticed(word, [*word[:i], *word[i + 1 :]], i, rng)
+    return _notice_slip(word, [*word[:i], *word[i + 1 :]], i, rng)
 
 
 def _too_soon(word: _Word, rng: np.random.Generator) -> list[Letter]:
     """The letter after takes the place of one, too."""
-    i = int(rng.integers(_first(word), max(len(word) - 1, 1)))
-    return _noticed(word, [*word[:i], *word[i + 1 : i + 2], *word[i + 1 :]], i, rng)
+    i = int(rng.integers(_first_movable(word), max(len(word) - 1, 1)))
+    return _notice_slip(word, [*word[:i], *word[i + 1 : i + 2], *word[i + 1 :]], i, rng)
 
 
 def _instead(word: _Word, other: _Word, most: int) -> list[Letter]:
@@ -135,12 +135,12 @@ def _instead(word: _Word, other: _Word, most: int) -> list[Letter]:
     return list(other) if len(other) <= most and not _spelt(word).startswith(_spelt(other)) else []
 
 
-def _first(word: _Word) -> int:
+def _first_movable(word: _Word) -> int:
     """The first letter that may change places: a capital stays."""
     return min(int(not word[0].base.islower()), max(len(word) - 2, 0))
 
 
-def _noticed(word: _Word, wrong: _Word, at: int, rng: np.random.Generator) -> list[Letter]:
+def _notice_slip(word: _Word, wrong: _Word, at: int, rng: np.random.Generator) -> list[Letter]:
     """As much of a wrong word as is written before its letter `at`, or one that differs, is seen to be wrong."""
     written = max(at + 1, _LEAST)
     while written < len(wrong) and (_spelt(wrong[:written]) == _spelt(word[:written]) or rng.random() < _GOES_ON):
@@ -181,14 +181,14 @@ class StrikeThrough:
             self._to_and_fro,
             self._wave,
         )
-        self._usual = self._ways[self._any()]
+        self._usual = self._ways[self._pick_any()]
 
     def strokes(self, left: float, right: float) -> list[Array]:
         """Points (n, 2) of the strokes through a word whose ink goes from `left` to `right`, in order."""
-        way = self._usual if self._rng.random() < _HABIT else self._ways[self._any()]
+        way = self._usual if self._rng.random() < _HABIT else self._ways[self._pick_any()]
         return way(left, right)
 
-    def _any(self) -> int:
+    def _pick_any(self) -> int:
         return int(self._rng.choice(4, p=[0.4, 0.25, 0.2, 0.15]))
 
     def _line(self, left: float, right: float, height: float = _MIDDLE) -> list[Array]:

@@ -224,7 +224,7 @@ class SpacingModel:
         wanted = _sampled_gaps(estimates, usual, np.where(parted, 0.0, spread), chances.gap[1:], variation)
         low, high = self.gaps.low[kind], self.gaps.high[kind]
         pairs = zip(first.tolist(), second.tolist(), strict=True)
-        lifted = (kind == LETTERS) & np.array([not self.joints.between(i, j) for i, j in pairs], dtype=bool)
+        lifted = (kind == LETTERS) & np.array([not self.joints.joints_between(i, j) for i, j in pairs], dtype=bool)
         high = np.where(lifted, np.maximum(self.gaps.lifted, low), high)
         held = np.where(sourced, wanted, np.clip(wanted, low, high))
         away = held - self.sides.clearance(first, second, kind) + self.lean[second] - self.lean[first]
@@ -274,7 +274,7 @@ class SpacingModel:
 
     def _with_ligatures(self, first: int, second: int, away: float) -> float:
         """The mean of a distance and of those at which the ligatures meet, weighted by their precisions."""
-        meetings = [meets(out, into) for out, into in self.joints.between(first, second)]
+        meetings = [meets(out, into) for out, into in self.joints.joints_between(first, second)]
         if not meetings:
             return away
         if self.joints.is_new(first, second):

@@ -29,11 +29,13 @@ def specimen(hand: Hand, text: str, rng: np.random.Generator, *, width: float, x
     """
     room = width / x_height - 2 * _MARGIN
     rows = list(_rows(hand, room))
-    written = _text(hand, text, rng, width, x_height)
+    sides = _MARGIN * x_height
+    layout = Layout(Page(width, 5000.0), (0.0, sides, 0.0, sides), x_height)
+    (written,) = compose(text, hand, layout, rng, pages=1)
     lines = [_line(hand, row, number, x_height) for number, row in enumerate(rows)]
     top = (_MARGIN + 2.2 + _PITCH * len(rows)) * x_height
     words = sum(len(row) for row in rows)
-    lines += [_lowered(line, top, words) for line in written.lines]
+    lines += [_lower_line(line, top, words) for line in written.lines]
     height = lines[-1].baseline + (_MARGIN + 1.2) * x_height
     return Manuscript(tuple(lines), Page(width, height, "specimen"), x_height, {"hand": hand.name})
 
@@ -69,7 +71,8 @@ def _rows(hand: Hand, room: float) -> Iterator[list[tuple[float, Glyph]]]:
     row: list[tuple[float, Glyph]] = []
     x = 0.0
     for glyphs in forms(hand):
-        extents = [_extent(glyph) for glyph in glyphs]
+        xs = [np.concatenate([stroke[:, 0] for stroke in glyph.strokes]) for glyph in glyphs]
+        extents = [(float(x.min()), float(x.max())) for x in xs]
         together = sum(right - left + _BETWEEN_FORMS for left, right in extents)
         if row and x + min(together, room) > room:
             yield row
@@ -83,11 +86,6 @@ def _rows(hand: Hand, room: float) -> Iterator[list[tuple[float, Glyph]]]:
         x += _BETWEEN_LETTERS
     if row:
         yield row
-
-
-def _extent(glyph: Glyph) -> tuple[float, float]:
-    xs = np.concatenate([stroke[:, 0] for stroke in glyph.strokes])
-    return float(xs.min()), float(xs.max())
 
 
 def _line(hand: Hand, row: list[tuple[float, Glyph]], number: int, x_height: float) -> Line:
@@ -104,14 +102,7 @@ def _line(hand: Hand, row: list[tuple[float, Glyph]], number: int, x_height: flo
     return Line("".join(glyph.letter for _, glyph in row), tuple(placed), baseline)
 
 
-def _text(hand: Hand, text: str, rng: np.random.Generator, width: float, x_height: float) -> Manuscript:
-    tall = Page(width, 5000.0)
-    sides = _MARGIN * x_height
-    (sheet,) = compose(text, hand, Layout(tall, (0.0, sides, 0.0, sides), x_height), rng, pages=1)
-    return sheet
-
-
-def _lowered(line: Line, dy: float, words: int) -> Line:
+def _lower_line(line: Line, dy: float, words: int) -> Line:
     placed = tuple(
         Placed(p.glyph, tuple(s + np.array([0.0, dy]) for s in p.strokes), p.joined, p.word + 1000 * words, p.at)
         for p in line.placed

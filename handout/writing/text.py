@@ -13,7 +13,7 @@ from itertools import accumulate, groupby, zip_longest
 import regex
 
 from handout.errors import InputError, MissingCharacters
-from handout.hand.diacritics import decomposed, recomposed
+from handout.hand.diacritics import compose_grapheme, decompose_grapheme
 from handout.hand.places import graphemes
 from handout.hand.protocol import Repertoire
 
@@ -225,7 +225,7 @@ def spell(text: str, hand: Repertoire, *, fallback: bool = False) -> Iterator[Le
     """
     units = graphemes(text)
     forms = {unit: _form(unit, hand, 0, fallback) for unit in units if not unit.isspace()}
-    omitted = _omitted(units, forms)
+    omitted = _find_omitted(units, forms)
     needed = {unit for at, unit in enumerate(units) if at not in omitted and not unit.isspace()}
     missing = {unit for unit in (needed if fallback else forms) if not forms[unit]}
     if missing:
@@ -241,7 +241,7 @@ def may_omit(grapheme: str) -> bool:
     return bool(_PICTURE.match(grapheme) or _FOREIGN.match(grapheme))
 
 
-def unseen(text: str) -> list[Borrowed]:
+def find_unseen(text: str) -> list[Borrowed]:
     """The invisible characters of a text, which no hand writes, and where, graphemes of the normalised text from 0.
 
     What joins the parts of an emoji is of that emoji.
@@ -255,7 +255,7 @@ def unseen(text: str) -> list[Borrowed]:
     return [Borrowed(name, LEFT_OUT, False, tuple(where)) for name, where in places.items()]
 
 
-def _omitted(units: Sequence[str], forms: Mapping[str, Sequence[Letter]]) -> set[int]:
+def _find_omitted(units: Sequence[str], forms: Mapping[str, Sequence[Letter]]) -> set[int]:
     """The places of what no form is there for and a text can do without, with the brackets around it."""
     omitted = {at for at, unit in enumerate(units) if not forms.get(unit, unit) and _PICTURE.match(unit)}
     parted = groupby(range(len(units)), lambda at: units[at].isspace())
@@ -343,7 +343,7 @@ def _letters(grapheme: str, hand: Repertoire, at: int) -> list[Letter]:
     for same in (grapheme, *ALIKE.get(grapheme, ())):
         if all(part in hand.letters for part in same):
             return [Letter(part, (), at) for part in same]
-    base, marks = decomposed(grapheme)
+    base, marks = decompose_grapheme(grapheme)
     if base in hand.letters and marks and all(mark in hand.marks for mark in marks):
         return [Letter(base, marks, at)]
     return []
@@ -351,17 +351,21 @@ def _letters(grapheme: str, hand: Repertoire, at: int) -> list[Letter]:
 
 def borrow(grapheme: str, hand: Repertoire, at: int) -> list[Letter]:
     """What a hand writes for a grapheme that it lacks where similar forms are accepted; [] if there is nothing."""
-    base, marks = decomposed(grapheme)
+    base, marks = decompose_grapheme(grapheme)
     marks_left = tuple(mark for mark in marks if mark in hand.marks)
     if not base.isalpha() and any(unicodedata.combining(mark) == _OVERLAY for mark in marks if mark not in marks_left):
         base, marks_left = grapheme, ()  # a sign without its stroke says something else: ≠ is not =
-    for choice in (SIMILAR.get(base, base), _plain(base), base.swapcase()):
+    for choice in (
+        SIMILAR.get(base, base),
+        unicodedata.normalize("NFKC", base).translate(SAME),
+        base.swapcase(),
+    ):  # ½ is 1/2
         if choice and all(part in hand.letters for part in choice):
             return [Letter(part, marks_left if i == 0 else (), at) for i, part in enumerate(choice)]
     return []
 
 
-def borrowed(text: str, hand: Repertoire) -> list[Borrowed]:
+def list_borrowed(text: str, hand: Repertoire) -> list[Borrowed]:
     """What a hand writes for the graphemes of normalised `text` that it lacks, where similar forms are accepted."""
     letters = []
     for grapheme, places in lacking(text, hand).items():
@@ -373,11 +377,6 @@ def borrowed(text: str, hand: Repertoire) -> list[Borrowed]:
 def instead(written: str) -> str:
     """In words, what is written for a character that a hand lacks; nothing: it is left out."""
     return f"{written} in its place" if written else LEFT_OUT
-
-
-def _plain(grapheme: str) -> str:
-    """A grapheme in common characters, as Unicode knows it: ½ is 1/2."""
-    return unicodedata.normalize("NFKC", grapheme).translate(SAME)
 
 
 def _complaint(missing: dict[str, list[str]], hand: Repertoire, fallback: bool, spared: Collection[str]) -> str:
@@ -412,4 +411,4 @@ def _name(grapheme: str) -> str:
 
 def spelt(letter: Letter) -> str:
     """The grapheme that a letter and its accents are, NFC."""
-    return recomposed(letter.base, letter.marks)
+    return compose_grapheme(letter.base, letter.marks)

@@ -69,7 +69,7 @@ class Variation:
     pace: float = 0.06
     tremor: float = 0.018
 
-    def scaled(self, jitter: float) -> Variation:
+    def scale_by(self, jitter: float) -> Variation:
         """Every standard deviation times `jitter`."""
         return replace(self, **{field.name: jitter * getattr(self, field.name) for field in fields(self)})
 
@@ -89,7 +89,7 @@ class Drift:
         self._sd, self._memory = sd, memory
         self._value = float(rng.normal(0.0, sd))
 
-    def next(self, rng: np.random.Generator) -> float:
+    def draw_next(self, rng: np.random.Generator) -> float:
         """The next value; of standard deviation `sd`, correlated by `memory` with the one before."""
         fresh = rng.normal(0.0, self._sd * np.sqrt(1 - self._memory**2))
         self._value = self._memory * self._value + float(fresh)
@@ -97,10 +97,10 @@ class Drift:
 
     def walk(self, rng: np.random.Generator, n: int) -> Array:
         """(n,): the next n values."""
-        return np.array([self.next(rng) for _ in range(n)])
+        return np.array([self.draw_next(rng) for _ in range(n)])
 
 
-def correlated(fresh: Array, memory: float = LETTER_MEMORY) -> Array:
+def correlate_values(fresh: Array, memory: float = LETTER_MEMORY) -> Array:
     """(n, …): independent values of one standard deviation, each correlated by `memory` with the one before."""
     values = fresh.copy()
     values[1:] *= np.sqrt(1 - memory**2)
@@ -124,13 +124,13 @@ class Chances:
     seed: Indices
 
     @staticmethod
-    def of(rng: np.random.Generator, n: int) -> Chances:
+    def draw(rng: np.random.Generator, n: int) -> Chances:
         """Of n letters."""
         gap = np.column_stack([rng.uniform(-1, 1, n), rng.standard_normal(n), rng.uniform(size=n)])
         return Chances(gap, rng.standard_normal(n), rng.standard_normal((n, 3)), rng.integers(2**63, size=n))
 
     @staticmethod
-    def joined(parts: Sequence[Chances]) -> Chances:
+    def join_words(parts: Sequence[Chances]) -> Chances:
         """Of some words, one after the other."""
         names = [field.name for field in fields(Chances)]
         return Chances(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))

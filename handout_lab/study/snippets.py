@@ -244,9 +244,9 @@ class LooseLetters:
         import cv2
 
         units = graphemes(text)
-        if any(not unit.isspace() and not len(self.hand.of(unit)) for unit in units):
+        if any(not unit.isspace() and not len(self.hand.numbers_of_letter(unit)) for unit in units):
             return None
-        numbers = [None if unit.isspace() else int(rng.choice(self.hand.of(unit))) for unit in units]
+        numbers = [None if unit.isspace() else int(rng.choice(self.hand.numbers_of_letter(unit))) for unit in units]
         pixel, (within, between) = 25.4 / dpi, self._gaps
         placed, x = [], 0.0
         for number in numbers:
@@ -349,7 +349,7 @@ def without_lines(hand: ScannedHand, lines: Collection[tuple[int, int]]) -> Scan
     The distance of lines, x-height and slant of its pages stay those of all lines.
     """
     kept = [k for k, glyph in enumerate(hand.glyphs) if (glyph.page, glyph.line) not in lines]
-    fewer = hand.only(kept)
+    fewer = hand.take_glyphs(kept)
     pages, vertices = [], []
     for number, page in enumerate(hand.pages):
         gone = {line for scan, line in lines if scan == number}

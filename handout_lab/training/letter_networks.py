@@ -20,7 +20,7 @@ from handout.hand.drawn import Hand
 from handout.prompting import corpus
 from handout.tagging import network
 from handout.tagging.line_space import COUNT, X_HEIGHT
-from handout.tagging.network import LabelledColumns, joined
+from handout.tagging.network import LabelledColumns, join_columns
 from handout.tagging.synthetic_lines import SyntheticLine, sampled_columns, synthetic_lines
 from handout.tagging.synthetic_writers import built_in_hands
 
@@ -68,7 +68,7 @@ def training_set(
         parts.append(sampled_columns(line, rng))
         for span in line.spans:
             widths.setdefault(span.letter, []).append(span.right - span.left)
-    return joined(parts), usual_widths(widths)
+    return join_columns(parts), usual_widths(widths)
 
 
 def train(
@@ -83,8 +83,8 @@ def train(
     """A network trained on lines that synthetic writers of these hands wrote."""
     columns, widths = training_set(hands, sentences, lines, rng)
     _report(f"{len(columns)} columns of {lines} lines, {COUNT} numbers each")
-    return network.trained(
-        network.untrained(columns, widths, hidden, rng),
+    return network.train_network(
+        network.start_network(columns, widths, hidden, rng),
         columns,
         epochs=epochs,
         rate=_RATE,
@@ -96,7 +96,7 @@ def train(
 def accuracy(trained: network.RectifierNetwork, lines: Sequence[SyntheticLine]) -> tuple[float, float]:
     """Share of columns whose state, and whose letter, is right."""
     rng = np.random.default_rng(0)
-    columns = joined([sampled_columns(line, rng, share=1.0) for line in lines])
+    columns = join_columns([sampled_columns(line, rng, share=1.0) for line in lines])
     guess = trained.log_posterior(columns.features).argmax(axis=1)
     return float((guess == columns.states).mean()), float((guess // THIRDS == columns.states // THIRDS).mean())
 

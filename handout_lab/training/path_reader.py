@@ -61,7 +61,7 @@ def make(fonts: Sequence[Path], count: int, seed: int, hands: Sequence[str] = _H
     words: list[PathWord] = []
     known = set(pen_paths.LETTERS)
     drawn = [library.load(name) for name in hands]
-    made = path_words(drawn, [svg_font.read(path) for path in fonts], corpus.shipped_sentences(), rng)
+    made = path_words(drawn, [svg_font.read_svg_font(path) for path in fonts], corpus.shipped_sentences(), rng)
     while len(words) < count:
         word = next(made)
         if len(word.text) <= _LONGEST and set(word.text) <= known:

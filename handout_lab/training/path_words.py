@@ -81,7 +81,7 @@ def path_words(
         hand = fonts[int(rng.integers(len(fonts)))] if by_font else random_writer(hands, rng)
         text = "".join(c for c in text if c == " " or c in hand.glyphs) if by_font else text
         name = hand.name
-        hand = hand.hastened(float(rng.uniform(-0.8, 1.0)))
+        hand = hand.with_haste(float(rng.uniform(-0.8, 1.0)))
         hand = replace(hand, delayed_after=("word", "letter")[int(rng.random() < 0.4)], slant=hand.slant)
         if not text.strip():
             continue

@@ -18,7 +18,7 @@ def draws(name, device, ends):
     for line in Path(name).read_bytes().splitlines():
         port.write(line + ends)
         port.read(20.0)
-    return len(port.executed().strokes)
+    return len(port.executed_drawing().strokes)
 
 
 def test_one_text_for_two_machines(call):

@@ -173,7 +173,7 @@ def command(*arguments):
 def until_it_draws(process, place):
     """Wait until the job of a process has drawn something; its name."""
     for _ in range(20000):
-        for job in store.every(place):
+        for job in store.list_kept_jobs(place):
             if job.standing().place.stroke >= 2:
                 return job.name
         assert process.poll() is None, process.stderr.read()
@@ -253,6 +253,6 @@ def test_killed_and_the_plotter_went_on_with_what_it_had(call, tmp_path):
     finally:
         desk.close()
     desk.plotter.placement = placed(drawing.page, SIM)
-    told = compare(drawing, desk.plotter.executed().strokes)
+    told = compare(drawing, desk.plotter.executed_drawing().strokes)
     assert told.missing == 0 and told.dots == 0 and told.stray == 0 and told.deviation < 0.1
     assert told.doubled <= 1.0

@@ -44,18 +44,22 @@ def test_cards_lie_side_by_side(call):
 )
 def test_bad_options_are_one_sentence_before_any_work(call, more, words):
     _, err = call("plot", "people.csv", *CARD, *QUICK, *more, "--port", "sim:", code=2)
-    assert re.search(words, err) and not store.every()
+    assert re.search(words, err) and not store.list_kept_jobs()
 
 
 @pytest.mark.slow
 def test_a_row_that_cannot_be_written_keeps_all_from_being_plotted(call):
     Path("people.csv").write_text(PEOPLE.replace("Ben", ""), encoding="utf-8")
     _, err = call("plot", "people.csv", *CARD, *QUICK, "--port", "sim:", code=2)
-    assert "row 3: card.txt, line 1: 'first_name' is empty" in err and "Nothing was made" in err and not store.every()
+    assert (
+        "row 3: card.txt, line 1: 'first_name' is empty" in err
+        and "Nothing was made" in err
+        and not store.list_kept_jobs()
+    )
     out, _ = call(
         "plot", "people.csv", *CARD, *QUICK, "--skip-bad", "--grid", "2x2", "--port", "sim:", "--json", code=4
     )
-    assert json.loads(out)["rows"] == 4 and len(store.every()) == 1
+    assert json.loads(out)["rows"] == 4 and len(store.list_kept_jobs()) == 1
 
 
 @pytest.mark.slow
@@ -75,16 +79,16 @@ def test_a_batch_that_breaks_off_is_gone_on_with_where_it_was(call):
     )
     _, err = call(*command, "--port", "sim:?fault=unplugged&after=100", code=3)
     assert "go on with the same command and --resume" in err
-    broken = next(job for job in store.every() if not job.standing().finished)
+    broken = next(job for job in store.list_kept_jobs() if not job.standing().finished)
     _, err = call(*command, "--port", "sim:", code=2)
     assert "--resume" in err and "--afresh" in err
     out, _ = call(*command, "--port", "sim:", "--resume", "--json")
     assert json.loads(out)["unknown"] == [] and broken.standing().finished
-    titles = [job.title.split(" ", 2)[2] for job in store.every()]
+    titles = [job.title.split(" ", 2)[2] for job in store.list_kept_jobs()]
     assert titles == ["row 2 letter 1", "row 4 letter 1", "row 2", "row 3", "row 4"]
-    assert all(job.standing().finished for job in store.every())
+    assert all(job.standing().finished for job in store.list_kept_jobs())
     out, _ = call(*command, "--port", "sim:", "--resume", "--json")
-    assert json.loads(out)["before"] == [2, 3, 4] and len(store.every()) == 5
+    assert json.loads(out)["before"] == [2, 3, 4] and len(store.list_kept_jobs()) == 5
 
 
 @pytest.mark.slow
@@ -92,13 +96,13 @@ def test_several_plotters_share_the_rows_and_one_that_stops_does_not_stop_the_ot
     command = ("plot", "people.csv", *CARD, *QUICK, "--with-envelopes", "--envelope", "80x60mm")
     _, err = call(*command, "--port", "sim:", "--port", "sim:?fault=unplugged&after=40", code=3)
     assert re.search(r"sim:\?fault=unplugged&after=40: The connection .* go on with the same command and --resume", err)
-    titles = [job.title.split(" ", 2)[2] for job in store.every() if job.standing().finished]
+    titles = [job.title.split(" ", 2)[2] for job in store.list_kept_jobs() if job.standing().finished]
     assert 6 <= len(titles) == len(set(titles)) < 10, titles
     _, err = call(*command, "--port", "sim:", "--port", "sim:?latency=1ms", "--resume", code=4)
-    assert "which is not among the devices now" in err and len(store.every()) == 10
+    assert "which is not among the devices now" in err and len(store.list_kept_jobs()) == 10
     out, _ = call(*command, "--port", "sim:", "--resume", "--json")
-    assert json.loads(out)["unknown"] == [] and all(job.standing().finished for job in store.every())
-    assert len({job.title.split(" ", 2)[2] for job in store.every()}) == len(store.every()) == 10
+    assert json.loads(out)["unknown"] == [] and all(job.standing().finished for job in store.list_kept_jobs())
+    assert len({job.title.split(" ", 2)[2] for job in store.list_kept_jobs()}) == len(store.list_kept_jobs()) == 10
 
 
 @pytest.mark.slow
@@ -118,7 +122,7 @@ def test_envelopes_are_plotted_elsewhere(call):
 )
 def test_wrong_ports_are_one_sentence(call, more, words, code):
     _, err = call("plot", "people.csv", *CARD, *QUICK, *more, code=code)
-    assert words in err and not store.every()
+    assert words in err and not store.list_kept_jobs()
 
 
 def test_a_text_has_one_plotter(call):
@@ -138,4 +142,4 @@ def test_a_feeder_puts_in_the_sheets(call, monkeypatch):
 
     monkeypatch.setattr(SimulatedPlotter, "write", noted)
     call("plot", "people.csv", *CARD, *QUICK, "--rows", "2-4", "--port", "sim:", "--device", "fed.toml")
-    assert b"".join(heard).count(b"G4P0.125\n") == 2 and len(store.every()) == 3
+    assert b"".join(heard).count(b"G4P0.125\n") == 2 and len(store.list_kept_jobs()) == 3

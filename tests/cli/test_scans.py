@@ -11,7 +11,7 @@ import pytest
 from PIL import Image
 
 from handout.hand import file
-from handout.hand.learnt import known
+from handout.hand.learnt import known_values
 from handout.pipeline import kept_hands
 
 
@@ -60,13 +60,13 @@ def members(path):
 
 @pytest.mark.slow
 def test_edit_keeps_what_was_found(call, kept, small_hand, monkeypatch):
-    number = int(small_hand.of("j")[0])
+    number = int(small_hand.numbers_of_letter("j")[0])
     at = small_hand.pages[0].graph.uv[small_hand.glyphs[number].vertices[9]].tolist()
     Path("c.json").write_text(json.dumps({"corrections": [{"do": "confirm", "page": 0, "at": at, "text": "j"}]}))
     before = Path(kept).read_bytes()
     out, _ = call("hand", "edit", kept, "c.json", "-o", "other.hand", "--no-learning", "--json")
     assert json.loads(out)["corrections"] == 1 and Path(kept).read_bytes() == before
-    assert known(file.load(Path("other.hand"))).keys() == known(file.load(Path(kept))).keys()
+    assert known_values(file.load(Path("other.hand"))).keys() == known_values(file.load(Path(kept))).keys()
     monkeypatch.setattr(kept_hands, "learn", lambda path: None)  # which takes long each time
     assert [g.letter for g in file.load(Path("other.hand")).glyphs if g.confirmed] == ["j"]
     Path("d.json").write_text(json.dumps([{"do": "remove", "page": 0, "at": at}]))

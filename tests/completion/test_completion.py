@@ -28,7 +28,7 @@ def test_a_diaeresis_is_two_of_the_authors_dots(small_hand):
     lent, borrowed = complete_hand(small_hand, "e ë")
     assert spelt(borrowed) == {"ë": ("e with two of the author's own dots", True, (2,))}
     assert lent.glyphs[: len(small_hand.glyphs)] == small_hand.glyphs and len(lent.pages) == len(small_hand.pages) + 1
-    for number in lent.of("ë"):
+    for number in lent.numbers_of_letter("ë"):
         glyph = lent.glyphs[number]
         pieces = lent.pages[-1].graph.take(glyph.vertices)
         tops = [pieces.uv[pieces.components == k, 1].min() for k in range(pieces.components.max() + 1)]
@@ -48,7 +48,9 @@ def test_the_sheet_has_ink_where_its_letters_are(small_hand):
     assert np.abs(own[0] - own[-1]).max() < 30  # the author's ink
     small = page.x_height / page.pitch
     for letter in "Z7":
-        ends = np.array([[f(lent.outline(int(i))[:, 1]) / small for f in (np.min, np.max)] for i in lent.of(letter)])
+        ends = np.array(
+            [[f(lent.outline(int(i))[:, 1]) / small for f in (np.min, np.max)] for i in lent.numbers_of_letter(letter)]
+        )
         assert np.abs(ends[:, 0]).max() < 0.3 and np.median(ends[:, 1]) > 1.4
 
 
@@ -59,7 +61,7 @@ def test_a_mark_of_the_authors_own_is_taken(small_hand):
     without = replace(lent, glyphs=glyphs)
     again, borrowed = complete_hand(without, "ä")
     assert spelt(borrowed)["ä"] == ("a with the author's own diaeresis", True, (0,))
-    assert len(again.of("ä"))
+    assert len(again.numbers_of_letter("ä"))
 
 
 def test_what_cannot_be_had_is_an_error_with_its_places(small_hand):
@@ -96,7 +98,7 @@ def test_marks_are_set_as_the_drawn_hands_set_them(small_hand):
     }
     # a stroke crosses its stem, an ogonek hangs from the line, an apostrophe stands beside the top
     lent, borrowed = complete_hand(small_hand, "ł ą ď", fallback=True)
-    tops = {x: [lent.outline(i)[:, :2] for i in lent.of(x)] for x in "łąďlad"}
+    tops = {x: [lent.outline(i)[:, :2] for i in lent.numbers_of_letter(x)] for x in "łąďlad"}
     assert all(xy[:, 1].min() < min(own[:, 1].min() for own in tops["a"]) - 0.05 for xy in tops["ą"])
     assert np.median([np.ptp(xy[:, 0]) for xy in tops["ď"]]) > np.median([np.ptp(xy[:, 0]) for xy in tops["d"]])
     assert {one.source for one in borrowed} == {
@@ -129,8 +131,11 @@ def test_a_letter_of_which_all_are_doubtful_is_lent_beside_its_own(small_hand):
     hand = doubted(small_hand, "h")
     completed, borrowed = complete_hand(hand, "hen hen", fallback=True)
     assert spelt(borrowed) == {"h": ("made after the author's other letters, as its own are doubtful", False, (0, 4))}
-    assert borrowed[0].doubted and completed.author is hand and completed.own == len(hand.glyphs)
-    assert set(hand.of("h")) < set(completed.of("h")) and (vet(completed).probability[completed.own :] == 1).all()
+    assert borrowed[0].doubted and completed.author is hand and completed.own_count == len(hand.glyphs)
+    assert (
+        set(hand.numbers_of_letter("h")) < set(completed.numbers_of_letter("h"))
+        and (vet(completed).probability[completed.own_count :] == 1).all()
+    )
     same, told = complete_hand(hand, "hen hen")  # lent only where that is accepted
     assert same is hand and spelt(told) == {"h": ("its own, all doubtful", True, (0, 4))} and told[0].doubted
     assert complete_hand(small_hand, "hen hen", fallback=True) == (small_hand, [])

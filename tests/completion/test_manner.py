@@ -20,8 +20,8 @@ def test_a_form_is_bent_onto_a_letter_that_is_wider_and_leans(letter):
     form = ways.way(letter, 0)
     meant = form.xy @ np.array([[1.2, 0.0], [0.15, 1.1]])
     found = ways.fit(form, written(form, meant))
-    left = ways.apart(found.bent, form.tangents(found.bent), written(form, meant))
-    before = ways.apart(form.xy, form.along, written(form, meant))
+    left = ways.measure_distance(found.bent, form.tangents(found.bent), written(form, meant))
+    before = ways.measure_distance(form.xy, form.unit_vectors, written(form, meant))
     assert left < 0.5 * before and found.cost < 0.1
     off = np.hypot(*(found.bent - written(form, meant).xy).T)
     assert off.max() < 0.25, "each place lies where the pen does the same"
@@ -37,14 +37,14 @@ def learned(letters, change):
     """A process of letters of the first built-in hand, whose places are all moved by `change`."""
     each = [known(x, 0, change(ways.way(x, 0).xy[:: manner._APART])) for x in letters]
     forms = [one for one, _ in each]
-    weights = manner._Process(forms).learned(np.concatenate([moved for _, moved in each]))
-    return manner._Process([replace(one, weights=w) for one, w in zip(forms, weights, strict=True)])
+    weights = manner._GaussianProcess(forms).learn_weights(np.concatenate([moved for _, moved in each]))
+    return manner._GaussianProcess([replace(one, weights=w) for one, w in zip(forms, weights, strict=True)])
 
 
 def test_a_letter_that_is_lacking_leans_and_rises_as_the_others_do():
     process = learned("abdhlnotu", lambda xy: np.column_stack([0.3 * xy[:, 1], 0.25 * np.maximum(xy[:, 1] - 1, 0)]))
     form = ways.way("k", 0)
-    moved = process.moved(form, "k")
+    moved = process.move_places(form, "k")
     assert np.polyfit(form.xy[:, 1], moved[:, 0], 1)[0] == pytest.approx(0.3, abs=0.06)
     top = form.xy[:, 1].argmax()
     assert moved[top, 1] == pytest.approx(0.25 * (form.xy[top, 1] - 1), rel=0.3)
@@ -56,7 +56,7 @@ def test_what_is_known_of_a_letter_itself_does_not_count():
 
     form = ways.way("n", 0)
     assert np.allclose(
-        learned("abdhlno", change).moved(form, "n"), learned("abdhlo", change).moved(form, "n"), atol=1e-9
+        learned("abdhlno", change).move_places(form, "n"), learned("abdhlo", change).move_places(form, "n"), atol=1e-9
     )
 
 
@@ -99,7 +99,7 @@ def test_a_joined_letter_ends_where_its_way_to_the_next_begins():
         for form in (ways.way("l", n) for n in range(ways.count("l")))
         if form.leaving >= 0 and len(form.first) == 2
     )
-    (whole,), (cut,) = form.strokes(form.xy), form.parted(form.strokes(form.xy))
+    (whole,), (cut,) = form.strokes(form.xy), form.split_strokes(form.strokes(form.xy))
     assert len(cut) < len(whole) and np.array_equal(whole[: len(cut)], cut)
     assert cut[-1, 1] < cut[:, 1].min() + 0.2
 

@@ -33,7 +33,7 @@ from handout.hand.corrections import (
     read_corrections,
 )
 from handout.hand.ligatures import LigatureFinder
-from handout.hand.page_editor import along
+from handout.hand.page_editor import vertices_along
 from handout.hand.scanned import NOBODY
 from handout.hand.vetting import vet
 from handout.tagging import relearning
@@ -90,7 +90,7 @@ def test_remove_and_label_again(small_hand):
     assert gone.glyphs[e].after == NOBODY and not gone.glyphs[e].ligatures and gone.glyphs[e + 1].before == NOBODY
     assert gone.glyphs[n - 1].letter == "e"
     back = consistent(apply(small_hand, [Remove(page=0, at=spot), Label(page=0, at=spot, text="w")]))
-    (number,) = back.of("w")
+    (number,) = back.numbers_of_letter("w")
     assert np.array_equal(back.glyphs[number].vertices, small_hand.glyphs[v].vertices)
     assert back.glyphs[number].line == small_hand.glyphs[v].line
 
@@ -100,7 +100,7 @@ def test_merge_takes_the_outer_neighbours(small_hand):
     before = small_hand.glyphs[e].before
     one = Merge(page=0, at=at(small_hand, e), other=at(small_hand, v), text="w")
     hand = consistent(apply(small_hand, [one]))
-    (number,) = hand.of("w")
+    (number,) = hand.numbers_of_letter("w")
     glyph = hand.glyphs[number]
     both = np.union1d(small_hand.glyphs[e].vertices, small_hand.glyphs[v].vertices)
     assert np.array_equal(glyph.vertices, both)
@@ -108,18 +108,18 @@ def test_merge_takes_the_outer_neighbours(small_hand):
     assert bool(glyph.ligatures) == bool(small_hand.glyphs[v].ligatures)
     # the other way round, the same
     other = apply(small_hand, [Merge(page=0, at=one.other, other=one.at, text="w")])
-    assert np.array_equal(other.glyphs[other.of("w")[0]].vertices, both)
-    assert other.glyphs[other.of("w")[0]].place == "start"
+    assert np.array_equal(other.glyphs[other.numbers_of_letter("w")[0]].vertices, both)
+    assert other.glyphs[other.numbers_of_letter("w")[0]].place == "start"
 
 
 def test_split_is_merge_undone(small_hand):
-    m = int(small_hand.of("m")[0])
+    m = int(small_hand.numbers_of_letter("m")[0])
     spot = at(small_hand, m)
     uv = small_hand.pages[0].graph.uv[small_hand.glyphs[m].vertices]
     x = float(np.median(uv[:, 0]))
     cut = Split(page=0, a=(x, uv[:, 1].min() - 9), b=(x, uv[:, 1].max() + 9), texts=("r", "w"))
     hand = consistent(apply(small_hand, [cut]))
-    r, w = int(hand.of("r")[0]), int(hand.of("w")[0])
+    r, w = int(hand.numbers_of_letter("r")[0]), int(hand.numbers_of_letter("w")[0])
     assert (w, hand.glyphs[r].after, hand.glyphs[w].before) == (r + 1, w, r)
     assert hand.glyphs[r].before == small_hand.glyphs[m].before and hand.glyphs[w].after == m + 2
     assert hand.glyphs[r].ligatures, "the cut stroke leads from one to the other"
@@ -131,7 +131,7 @@ def test_split_is_merge_undone(small_hand):
 
 
 def test_split_without_names_leaves_the_smaller_part_unnamed(small_hand):
-    m = int(small_hand.of("m")[0])
+    m = int(small_hand.numbers_of_letter("m")[0])
     uv = small_hand.pages[0].graph.uv[small_hand.glyphs[m].vertices]
     x = float(np.percentile(uv[:, 0], 75))
     hand = apply(small_hand, [Split(page=0, a=(x, uv[:, 1].min() - 9), b=(x, uv[:, 1].max() + 9))])
@@ -170,7 +170,7 @@ def test_what_finds_nothing_is_refused_by_number(small_hand, wrong, says):
 
 
 def test_what_cannot_be_done_is_refused(small_hand):
-    o = int(small_hand.of("o")[-1])  # its ring is closed
+    o = int(small_hand.numbers_of_letter("o")[-1])  # its ring is closed
     spot = at(small_hand, o)
     uv = small_hand.pages[0].graph.uv[small_hand.glyphs[o].vertices]
     middle = uv.mean(axis=0)
@@ -225,9 +225,9 @@ def test_joints_of_a_page_are_found_again(small_hand):
     joining = LigatureFinder(small_hand.pages[0], owner)
     for number, glyph in enumerate(small_hand.glyphs):
         if glyph.after >= 0:
-            ways = joining.between(number, glyph.after, glyph.line)
+            ways = joining.ligatures_between(number, glyph.after, glyph.line)
             assert [w.path.tolist() for w in ways] == [w.path.tolist() for w in glyph.ligatures]
-            back = joining.between(glyph.after, number, glyph.line)
+            back = joining.ligatures_between(glyph.after, number, glyph.line)
             assert sorted(w.path.tolist()[::-1] for w in back) == sorted(w.path.tolist() for w in ways)
 
 
@@ -280,7 +280,7 @@ def test_a_letter_that_is_right_may_be_kept_out_of_what_is_written(small_hand, t
     v, path = word(small_hand, "even")[1], tmp_path / "a.hand"
     spot = at(small_hand, v)
     hand = strictly(small_hand, KeepOut(page=0, at=spot, text="v"))
-    assert hand.glyphs[v].confirmed and hand.glyphs[v].kept_out and v not in hand.of("v").tolist()
+    assert hand.glyphs[v].confirmed and hand.glyphs[v].kept_out and v not in hand.numbers_of_letter("v").tolist()
     assert hand.letters.get("v", 0) == small_hand.letters["v"] - 1
     index = index_glyphs(hand)
     assert v not in index.of("v").tolist() and hand.glyphs[v].letter == "v"
@@ -297,7 +297,7 @@ def test_a_letter_that_is_right_may_be_kept_out_of_what_is_written(small_hand, t
     assert file.load(path).glyphs[v].confirmed and not file.load(path).glyphs[v].kept_out
     # another name is another letter, which nobody kept out; without any left the hand lacks it
     assert not strictly(hand, Label(page=0, at=spot, text="e")).glyphs[v].kept_out
-    others = [KeepOut(page=0, at=at(hand, n)) for n in small_hand.of("v").tolist()]
+    others = [KeepOut(page=0, at=at(hand, n)) for n in small_hand.numbers_of_letter("v").tolist()]
     with pytest.raises(MissingCharacters, match="v"):
         complete_hand(strictly(small_hand, *others), "even")
     taught = relearning.correct(small_hand, [KeepOut(page=0, at=spot)]).hand
@@ -306,7 +306,7 @@ def test_a_letter_that_is_right_may_be_kept_out_of_what_is_written(small_hand, t
 
 def test_that_a_letter_is_confirmed_makes_it_no_likelier_to_be_written(small_hand):
     """It is refused no longer, and costs what it did."""
-    odd, letter, glyphs = int(small_hand.of("e")[0]), "h", list(small_hand.glyphs)
+    odd, letter, glyphs = int(small_hand.numbers_of_letter("e")[0]), "h", list(small_hand.glyphs)
     glyphs[odd] = replace(glyphs[odd], letter=letter, confidence=1.0)  # an odd one of its letter
     before = replace(small_hand, glyphs=tuple(glyphs))
     after = apply(before, [Confirm(page=0, at=at(before, odd))])
@@ -314,7 +314,7 @@ def test_that_a_letter_is_confirmed_makes_it_no_likelier_to_be_written(small_han
     assert doubt(after)[odd] == pytest.approx(doubt(before)[odd], abs=1e-6) and doubt(after)[odd] > 5
     assert odd not in index_glyphs(before).all_candidates(letter, "middle").numbers
     assert odd in index_glyphs(after).all_candidates(letter, "middle").numbers
-    assert not better_lent(apply(before.only([odd]), [Confirm(page=0, at=at(before, odd))]), letter)
+    assert not better_lent(apply(before.take_glyphs([odd]), [Confirm(page=0, at=at(before, odd))]), letter)
 
 
 def test_a_name_takes_its_letter_of_the_transcript(small_hand):
@@ -324,7 +324,7 @@ def test_a_name_takes_its_letter_of_the_transcript(small_hand):
     assert (hand.glyphs[e].letter, hand.glyphs[e].at) == ("v", small_hand.glyphs[v].at)
     assert (hand.glyphs[v].letter, hand.glyphs[v].at) == ("", NOBODY)
     whole = strictly(small_hand, Outline(page=0, within=box(small_hand, [v]), text="v"))
-    (number,) = whole.of("v")
+    (number,) = whole.numbers_of_letter("v")
     assert whole.glyphs[number].at == small_hand.glyphs[v].at and whole.glyphs[number].confirmed
     # a letter left of one that is confirmed comes before it in the text
     with pytest.raises(InputError, match="has no 'h'"):
@@ -363,7 +363,10 @@ def test_removed_ink_is_dismissed_until_it_is_named(small_hand):
     gone = strictly(small_hand, Remove(page=0, at=spot))
     assert np.array_equal(gone.pages[0].dismissed, small_hand.glyphs[v].vertices)
     back = strictly(small_hand, Remove(page=0, at=spot), Label(page=0, at=spot, text="v"))
-    assert not len(back.pages[0].dismissed) and back.glyphs[int(back.of("v")[0])].at == small_hand.glyphs[v].at
+    assert (
+        not len(back.pages[0].dismissed)
+        and back.glyphs[int(back.numbers_of_letter("v")[0])].at == small_hand.glyphs[v].at
+    )
 
 
 def test_ink_is_painted_over_and_drawn(small_hand):
@@ -396,7 +399,7 @@ def test_a_rule_goes_with_its_likes_and_leaves_the_letters(small_hand):
              for y in (float(page.base(line, 200.0)) + 25 for line in range(3))]  # fmt: skip
     ruled = strictly(small_hand, *rules)
     (a, b), *_ = [rule.stroke for rule in rules]
-    bare, notes, _ = made_by.applied(ruled, [Rule(page=0, a=a, b=b, width=6.0)])
+    bare, notes, _ = made_by.apply_and_tell(ruled, [Rule(page=0, a=a, b=b, width=6.0)])
     assert notes == ("2 rules like the one that was corrected went with it.",)
     assert abs(len(bare.pages[0].graph) - len(page.graph)) < 0.01 * len(page.graph)
     assert bare.letters == small_hand.letters
@@ -435,9 +438,9 @@ def test_a_drawn_stroke_keeps_to_the_part_of_a_ring_that_was_meant():
     edges, many = np.column_stack([np.arange(59), np.arange(1, 60)]), np.ones(60)
     ring, every = LineGraph(uv, many, many, uv, edges), np.arange(60)
     for way in (every, every[::-1], np.r_[20:40, 38:9:-1]):
-        assert along(ring, every, uv[way]).tolist() == way.tolist()
+        assert vertices_along(ring, every, uv[way]).tolist() == way.tolist()
     round_ = np.linspace(np.pi, 3 * np.pi + 0.4, 50)  # from the left all around, over the gap and its own beginning
     drawn = 12.7 * np.column_stack([np.cos(round_), np.sin(round_)]) + 20.4
-    passed = along(ring, every, drawn)
+    passed = vertices_along(ring, every, drawn)
     steps = np.diff(passed)
     assert np.count_nonzero(steps == -59) == 1 and (steps == 1).sum() > 60 and (steps == 59).sum() == 0

@@ -32,7 +32,7 @@ ACCENTED = list("éèêëàâäöüñçåïîôûáíóúìòùýÿãõÉÈÊË�
 def hand(tmp_path, letters, head=HEAD):
     path = tmp_path / "test.toml"
     path.write_text(head + letters, encoding="utf-8")
-    return drawn.read(path)
+    return drawn.read_drawn_hand(path)
 
 
 def test_derives_ways_in_and_endings(tmp_path):

@@ -118,7 +118,7 @@ def test_a_scan_of_another_size_than_its_page_is_refused(whole, tmp_path):
 
 
 def spot(hand, letter):
-    return tuple(hand.pages[0].graph.uv[hand.glyphs[int(hand.of(letter)[0])].vertices[5]].tolist())
+    return tuple(hand.pages[0].graph.uv[hand.glyphs[int(hand.numbers_of_letter(letter)[0])].vertices[5]].tolist())
 
 
 def test_entries_of_the_journal_are_undone_and_made_again(small_hand, tmp_path):
@@ -265,7 +265,7 @@ def test_what_was_learnt_of_a_hand_comes_back_to_the_last_bit(small_hand, tmp_pa
     hand = file.load(path)
     values = [1 / 3, 5e-324, -0.1]
     learnt.learnt(hand, "thirds", 1, 3, lambda: values)
-    file.keep_learnt(path, learnt.known(hand))
+    file.keep_learnt(path, learnt.known_values(hand))
     read = file.load(path)
     assert learnt.learnt(read, "thirds", 1, 3, never).tolist() == values
     assert learnt.learnt(read, "thirds", 2, 3, lambda: [0.0] * 3).tolist() == [0.0] * 3, "another version"
@@ -281,7 +281,7 @@ def test_what_was_learnt_counts_for_the_letters_that_it_was_learnt_of(small_hand
     def keep(value):
         hand = file.load(path)
         learnt.learnt(hand, "letters", 1, 1, lambda: [value])
-        file.keep_learnt(path, learnt.known(hand))
+        file.keep_learnt(path, learnt.known_values(hand))
 
     file.save(small_hand, path)
     keep(1.0)

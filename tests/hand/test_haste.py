@@ -21,14 +21,14 @@ def written(hand):
 
 def test_none_is_the_hand_itself():
     hand = load("house-joined")
-    assert hand.hastened(0.0) is hand
+    assert hand.with_haste(0.0) is hand
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", names())
 def test_haste_is_quicker_broader_flatter_and_more_slanted(name):
     hand = load(name)
-    careful, usual, hurried = (written(hand.hastened(h))[1] for h in (-1.0, 0.0, 1.0))
+    careful, usual, hurried = (written(hand.with_haste(h))[1] for h in (-1.0, 0.0, 1.0))
     assert careful.duration > usual.duration > hurried.duration
 
     def size(drawing):
@@ -36,12 +36,12 @@ def test_haste_is_quicker_broader_flatter_and_more_slanted(name):
         return (right - left) / (bottom - top)
 
     assert size(careful) < size(usual) < size(hurried)
-    assert hand.hastened(1.0).slant > hand.slant > hand.hastened(-1.0).slant
+    assert hand.with_haste(1.0).slant > hand.slant > hand.with_haste(-1.0).slant
 
 
 def test_words_flatten_towards_their_end():
     def heights(haste):
-        sheet, _ = written(load("house-print").hastened(haste))
+        sheet, _ = written(load("house-print").with_haste(haste))
         word = [p for p in sheet.lines[0].placed if p.word == 0]
         tops = [max(np.ptp(s[:, 1]) for s in p.strokes) for p in word if p.glyph.letter in "n"]
         return tops[-1] / tops[0]
@@ -52,4 +52,4 @@ def test_words_flatten_towards_their_end():
 @pytest.mark.parametrize("haste", [-1.01, 2.0, float("nan")])
 def test_bounds(haste):
     with pytest.raises(InputError, match="haste"):
-        load("house-print").hastened(haste)
+        load("house-print").with_haste(haste)

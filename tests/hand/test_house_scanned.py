@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from handout.hand import file, library
-from handout.hand.learnt import known
+from handout.hand.learnt import known_values
 from handout.hand.report import facts
 from handout.pipeline.kept_hands import worked_out
 
@@ -42,7 +42,7 @@ def test_what_is_kept_of_a_shipped_hand_is_what_this_version_works_out(name):
     hand = file.load(path)
     worked_out(hand)
     kept = json.loads(path.with_suffix(".learnt").read_text())["values"]
-    assert kept.keys() == known(hand).keys(), "work it out anew: docs/contributing.md says how"
+    assert kept.keys() == known_values(hand).keys(), "work it out anew: docs/contributing.md says how"
 
 
 # of the first lines of a hand that ships: name and version of what is kept → its length, norm, and scalar product with
@@ -86,7 +86,7 @@ def test_they_load_quickly():
 
 def test_ones_own_hand_of_that_name_wins(monkeypatch, tmp_path, small_hand):
     monkeypatch.setattr("handout.shipped.user_folder", lambda name: tmp_path)
-    assert library.own_scanned() == {} and set(NAMES) <= set(library.scanned())
+    assert library.own_scanned() == {} and set(NAMES) <= set(library.scanned_files())
     file.save(small_hand, tmp_path / f"{NAMES[0]}.hand")
     assert library.scanned_file(NAMES[0]).parent == tmp_path
     assert not library.comes_with_program(library.scanned_file(NAMES[0]))

@@ -7,7 +7,7 @@ import pytest
 from msgspec import structs
 
 from handout.hand import file
-from handout.hand.corrections import Confirm, Paint, applied
+from handout.hand.corrections import Confirm, Paint, apply_and_tell
 from handout.hand.page_editor import own_ink
 from handout.hand.scanned import KeptScan
 from handout.scanning.scribbles import PageWindow, with_ink, without_ink
@@ -89,22 +89,22 @@ def test_a_letter_comes_back_from_the_scan_of_a_file(small_hand, tmp_path):
     number = max(range(len(hand.glyphs)), key=lambda k: len(hand.glyphs[k].vertices))
     places = page.graph.uv[hand.glyphs[number].vertices]
     (x, y), (right, low) = places.min(axis=0) - 3, places.max(axis=0) + 3
-    wiped = applied(hand, [Paint(page=0, to="paper", polygon=((x, y), (right, y), (right, low), (x, low)))]).hand
+    wiped = apply_and_tell(hand, [Paint(page=0, to="paper", polygon=((x, y), (right, y), (right, low), (x, low)))]).hand
     middle = places[len(places) // 2]
     dabbed = Paint(page=0, to="ink", stroke=(tuple(middle - 1), tuple(middle + 1)), width=4.0)
     here = slice(int(y), int(low)), slice(int(x), int(right))
-    inks = [own_ink(one.pages[0], *here) for one in (hand, wiped, applied(wiped, [dabbed]).hand)]
+    inks = [own_ink(one.pages[0], *here) for one in (hand, wiped, apply_and_tell(wiped, [dabbed]).hand)]
     assert inks[1].sum() < 0.1 * inks[0].sum()
     assert (inks[2] & inks[0]).sum() > 0.8 * (inks[2] | inks[0]).sum()
     half = Paint(page=0, to="paper", polygon=((x, y), (middle[0], y), (middle[0], low), (x, low)))
-    most = applied(hand, [half, replace_at(dabbed, places[places[:, 0] < middle[0]].mean(axis=0), places)]).hand
-    halved = applied(hand, [half]).hand
+    most = apply_and_tell(hand, [half, replace_at(dabbed, places[places[:, 0] < middle[0]].mean(axis=0), places)]).hand
+    halved = apply_and_tell(hand, [half]).hand
     owned = [sum(len(glyph.vertices) for glyph in one.glyphs) for one in (halved, most, hand)]
     assert owned[0] < owned[1] and abs(owned[2] - owned[1]) < 0.3 * (owned[2] - owned[0]), "it is its letters' again"
     bare = replace(wiped, pages=(replace(wiped.pages[0], scan=None),))
-    painted, notes, _ = applied(bare, [dabbed])
+    painted, notes, _ = apply_and_tell(bare, [dabbed])
     assert own_ink(painted.pages[0], *here).sum() < 0.3 * inks[0].sum() and "keeps no scan" in notes[0]
     (tmp_path / "bare.hand").write_bytes(file.without_scans(tmp_path / "kept.hand"))
     assert file.check(tmp_path / "bare.hand").pages[0].scan is None
-    confirmed = applied(hand, [Confirm(page=0, at=tuple(middle))]).hand
-    assert applied(confirmed, [Paint(page=0, to="paper", stroke=dabbed.stroke, width=3.0)]).hand.glyphs
+    confirmed = apply_and_tell(hand, [Confirm(page=0, at=tuple(middle))]).hand
+    assert apply_and_tell(confirmed, [Paint(page=0, to="paper", stroke=dabbed.stroke, width=3.0)]).hand.glyphs

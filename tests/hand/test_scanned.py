@@ -15,8 +15,11 @@ from handout.hand.scanned import Texture
 def test_counts_and_numbers(small_hand):
     hand = small_hand
     assert sum(hand.letters.values()) == len(hand.glyphs) == sum(hand.instances.values())
-    assert [hand.glyphs[i].letter for i in hand.of("e")] == ["e"] * hand.letters["e"]
-    assert list(hand.of("e")) == sorted(hand.of("e")) and len(hand.of("Q")) == 0
+    assert [hand.glyphs[i].letter for i in hand.numbers_of_letter("e")] == ["e"] * hand.letters["e"]
+    assert (
+        list(hand.numbers_of_letter("e")) == sorted(hand.numbers_of_letter("e"))
+        and len(hand.numbers_of_letter("Q")) == 0
+    )
     assert list(hand.letters.values()) == sorted(hand.letters.values(), reverse=True)
     assert hand.instances["a", "start"] == 2  # an, and
 
@@ -31,7 +34,7 @@ def test_line_space_has_the_pitch_as_its_unit(small_hand):
     assert feet[:, 1] == pytest.approx([0, 0.5])
     assert feet[1, 0] - feet[0, 0] == pytest.approx(1)
     # small letters stand on the line and are an x-height tall
-    small = [small_hand.outline(number)[:, 1] for letter in "aenouv" for number in small_hand.of(letter)]
+    small = [small_hand.outline(number)[:, 1] for letter in "aenouv" for number in small_hand.numbers_of_letter(letter)]
     assert abs(np.median([y.min() for y in small])) < 0.05
     assert np.median([y.max() for y in small]) == pytest.approx(page.x_height / page.pitch, abs=0.05)
 
@@ -45,7 +48,7 @@ def test_line_space_and_back(small_hand, x, y, line):
 
 def test_the_centre_weighs_ink_above_the_line_and_between_the_neighbours(small_hand):
     hand = small_hand
-    for number in (*hand.of("j"), *hand.of("p"), *hand.of("n")):
+    for number in (*hand.numbers_of_letter("j"), *hand.numbers_of_letter("p"), *hand.numbers_of_letter("n")):
         glyph = hand.glyphs[number]
         graph = hand.pages[0].graph
         total, mass = np.zeros(2), 0.0
@@ -110,7 +113,7 @@ def test_pictures_show_the_ink(small_hand, small_scan):
     off = np.abs(page.on_paper().astype(int) - scan).mean()
     assert off < 3, "ink on reduced paper is the scan again"
     assert overlay(small_hand, 0).shape == scan.shape
-    number = int(small_hand.of("j")[0])
+    number = int(small_hand.numbers_of_letter("j")[0])
     ink, (x, y) = cutout(small_hand, number)
     low, high = (f(page.graph.uv[small_hand.glyphs[number].vertices], axis=0) for f in (np.min, np.max))
     assert (np.array([x, y]) <= low).all() and (np.array([x, y]) + ink.shape[1::-1] >= high).all()

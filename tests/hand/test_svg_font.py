@@ -5,7 +5,7 @@ import pytest
 
 from handout.errors import InputError
 from handout.hand.library import find
-from handout.hand.svg_font import aims, read
+from handout.hand.svg_font import aims, read_svg_font
 from handout.motion.optimal_control import follow
 from handout.motion.trace import trace
 from handout.page_sizes import page
@@ -46,7 +46,7 @@ def file(tmp_path):
 
 
 def test_letters_have_the_height_and_advance_of_the_font(file):
-    hand = read(file(font()))
+    hand = read_svg_font(file(font()))
     assert set(hand.glyphs) == set(LETTERS) and hand.name == "drawn" and hand.title == "Drawn"
     (n,) = hand.glyphs["n"]
     assert n.width == pytest.approx(520 / 500) and len(n.strokes) == 2 and (n.entry, n.exit) == ("lifted", "lifted")
@@ -67,7 +67,7 @@ def test_a_corner_is_one_point_and_a_straight_stem_evenly_spaced():
 def test_the_movement_makes_the_letter_again(file, letter):
     from handout import pathdata
 
-    hand = read(file(font()))
+    hand = read_svg_font(file(font()))
     for points, path in zip(hand.glyphs[letter][0].strokes, pathdata.cubics(LETTERS[letter][1]), strict=True):
         meant = pathdata.flatten_path(path / 500, 0.002)[0]
         dense = np.column_stack([np.interp(np.linspace(0, 1, 400), np.linspace(0, 1, len(meant)), c) for c in meant.T])
@@ -87,7 +87,7 @@ def test_a_text_is_written_with_it(file):
 
 
 def test_a_font_of_capitals_alone_is_scaled_by_them(file):
-    hand = read(file(font({"H": (700, "M80 700 V0 M480 700 V0 M80 350 H480"), "L": (500, "M80 700 V0 H400")})))
+    hand = read_svg_font(file(font({"H": (700, "M80 700 V0 M480 700 V0 M80 350 H480"), "L": (500, "M80 700 V0 H400")})))
     assert hand.glyphs["H"][0].strokes[0][:, 1].max() == pytest.approx(1 / 0.68, abs=0.01)
 
 
@@ -108,7 +108,7 @@ BAD = {
 def test_bad_fonts_are_refused_in_a_sentence(file, name):
     text, word = BAD[name]
     with pytest.raises(InputError) as refused:
-        read(file(text))
+        read_svg_font(file(text))
     assert word in str(refused.value) and "drawn.svg" in str(refused.value)
 
 

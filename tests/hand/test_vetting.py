@@ -14,7 +14,7 @@ from handout.hand.vetting import vet
 @pytest.fixture(scope="module")
 def score(small_hand):
     def of(hand):
-        return outlier_score.shipped().score(glyph_features(hand), [glyph.letter for glyph in hand.glyphs])
+        return outlier_score.load_model().score(glyph_features(hand), [glyph.letter for glyph in hand.glyphs])
 
     return of
 
@@ -26,7 +26,7 @@ def changed(hand, number, **values):
 
 
 def test_half_a_glyph_is_less_probable_than_the_whole(small_hand, score):
-    number = int(small_hand.of("n")[1])
+    number = int(small_hand.numbers_of_letter("n")[1])
     glyph = small_hand.glyphs[number]
     y = small_hand.outline(number)[:, 1]
     half = changed(small_hand, number, vertices=glyph.vertices[y < np.median(y)], ligatures=())
@@ -36,7 +36,7 @@ def test_half_a_glyph_is_less_probable_than_the_whole(small_hand, score):
 
 
 def test_a_glyph_under_another_name_is_the_first_to_look_at(small_hand):
-    number = int(small_hand.of("e")[0])
+    number = int(small_hand.numbers_of_letter("e")[0])
     before = vet(small_hand).probability
     after = vet(changed(small_hand, number, letter="h"))
     assert after.probability[number] < before[number]
@@ -44,7 +44,7 @@ def test_a_glyph_under_another_name_is_the_first_to_look_at(small_hand):
 
 
 def test_a_glyph_that_reads_as_another_letter_is_strange_and_marks_are_not_read(small_hand):
-    number = int(small_hand.of("e")[0])
+    number = int(small_hand.numbers_of_letter("e")[0])
     before, after = (author_reader.strangeness(hand) for hand in (small_hand, changed(small_hand, number, letter="h")))
     assert after[number] > 2 > before[number]
     marks = [i for i, glyph in enumerate(small_hand.glyphs) if not glyph.letter.isalnum()]
@@ -60,13 +60,13 @@ def test_most_glyphs_of_a_good_hand_are_sure_and_none_without_name_or_confidence
 
 def test_the_shape_of_a_letter_without_siblings_says_less(small_hand):
     letters = [glyph.letter for glyph in small_hand.glyphs]
-    trust = outlier_score.Siblings(outlier_score.shipped(), glyph_features(small_hand), letters).trust
+    trust = outlier_score.Siblings(outlier_score.load_model(), glyph_features(small_hand), letters).trust
     for letter in set(letters):
         assert trust[letters.index(letter)] == pytest.approx(1 - outlier_score.LONE / letters.count(letter))
 
 
 def test_a_lone_letter_that_lost_its_stem_is_told_by_how_it_reads(small_hand):
-    (number,) = small_hand.of("p").tolist()
+    (number,) = small_hand.numbers_of_letter("p").tolist()
     height = small_hand.outline(number)[:, 1] * small_hand.pitch
     bowl = small_hand.glyphs[number].vertices[height > 0]
     stemless = changed(small_hand, number, vertices=bowl, ligatures=())
@@ -94,6 +94,6 @@ def test_what_is_no_model_is_refused(tmp_path):
     path.write_bytes(b"PK\x03\x04")
     with pytest.raises(InputError, match="cannot be read as a model of outliers"):
         outlier_score.load(path)
-    outlier_score.save(outlier_score.shipped(), path)
+    outlier_score.save(outlier_score.load_model(), path)
     again = outlier_score.load(path)
-    assert again.weights.shape == (8 + COUNT,) and set(again.centres) == set(outlier_score.shipped().centres)
+    assert again.weights.shape == (8 + COUNT,) and set(again.centres) == set(outlier_score.load_model().centres)

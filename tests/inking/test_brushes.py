@@ -247,7 +247,7 @@ def test_json_of_a_file_is_read_with_care(brush, tmp_path):
     data = brushes.to_bytes(brush)
     (tmp_path / "own.brush").write_bytes(data)
     with Archive(tmp_path / "own.brush") as archive:
-        parts = {name: archive.read(name) for name in archive.names}
+        parts = {name: archive.read_part(name) for name in archive.names}
     facts = json.loads(parts["brush.json"])
     for key, value, words in (("format", 9, "format 9"), ("ribbons", [], "0 strokes"), ("width", 0.001, "width")):
         spoilt = pack({**parts, "brush.json": json.dumps({**facts, key: value}).encode()})

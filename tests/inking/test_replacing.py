@@ -84,7 +84,7 @@ def test_pieces_lie_clear_of_other_lines(small_hand):
 
 
 def test_dots_stay_dots(small_hand, red):
-    dot = ink(small_hand, int(small_hand.of("j")[0])).graph
+    dot = ink(small_hand, int(small_hand.numbers_of_letter("j")[0])).graph
     one = dot.take([int(np.argmax(dot.xy[:, 1]))])
     manuscript = replace_pen(written([Ink(one, 0, 0)], page_of(small_hand)), red)
     alpha = texture(manuscript, red, 600.0).rgba[..., 3]

@@ -47,7 +47,7 @@ def test_whole_pixels_further_the_ink_is_the_same(small_hand):
 
 
 def test_dots_and_marks_come_along_and_other_letters_do_not(small_hand):
-    number = int(small_hand.of("j")[0])
+    number = int(small_hand.numbers_of_letter("j")[0])
     glyph, page = small_hand.glyphs[number], small_hand.pages[0]
     made = bytes_of(texture(written([ink(small_hand, number)], page_of(small_hand)), small_hand, DPI))
     real = picture(small_hand).astype(int)
@@ -67,7 +67,7 @@ def test_dots_and_marks_come_along_and_other_letters_do_not(small_hand):
 def test_lines_of_other_letters_stay_where_they_are(small_hand):
     graph, real = small_hand.pages[0].graph, picture(small_hand)
     near, beside, taken = owners(small_hand), 0, 0
-    for number in (*small_hand.of("e"), *small_hand.of("n")):
+    for number in (*small_hand.numbers_of_letter("e"), *small_hand.numbers_of_letter("n")):
         one = ink(small_hand, int(number))
         made = bytes_of(texture(written([one], page_of(small_hand)), small_hand, DPI))
         away, vertex = cKDTree(one.graph.uv).query(np.argwhere(real[..., 3] > 0)[:, ::-1])
@@ -81,7 +81,7 @@ def test_lines_of_other_letters_stay_where_they_are(small_hand):
 
 
 def test_a_quarter_turn_is_a_quarter_turn(small_hand):
-    pixel, number = small_hand.pages[0].pixel, int(small_hand.of("n")[0])
+    pixel, number = small_hand.pages[0].pixel, int(small_hand.numbers_of_letter("n")[0])
     own = ink(small_hand, number).graph
     low = np.floor(own.xy.min(axis=0) / pixel) * pixel - 20 * pixel
     side = 120 * pixel
@@ -97,7 +97,7 @@ def test_a_quarter_turn_is_a_quarter_turn(small_hand):
 
 @pytest.mark.parametrize("larger", [1.15, 0.8])
 def test_turned_and_scaled_ink_is_whole(small_hand, larger):
-    number = int(small_hand.of("m")[0])
+    number = int(small_hand.numbers_of_letter("m")[0])
     middle = ink(small_hand, number).graph.xy.mean(axis=0)
     turn = larger * np.array([[np.cos(0.2), np.sin(0.2)], [-np.sin(0.2), np.cos(0.2)]])
     here = ink(small_hand, number, lambda xy: (xy - middle) @ turn + 10, larger)

@@ -88,7 +88,7 @@ def test_where_every_instance_agrees_nothing_changes(costs, wide):
 
 
 def test_it_does_not_matter_which_glyph_is_asked_for_first(small_hand):
-    some = [int(n) for letter in ("e", "n", "t") for n in small_hand.of(letter)]
+    some = [int(n) for letter in ("e", "n", "t") for n in small_hand.numbers_of_letter(letter)]
     one, other = StrokeOrderModel(small_hand, ("house-quick",)), StrokeOrderModel(small_hand, ("house-quick",))
     there = {n: one.strokes_of(n)[0] for n in some}
     back = {n: other.strokes_of(n)[0] for n in reversed(some)}
@@ -145,7 +145,7 @@ def test_what_is_carried_costs_its_lifts_and_its_unlikeness():
 
 def test_what_is_said_of_one_letter_is_weighed_for_all_of_its_name(small_hand):
     model, letter = stroke_order_model(small_hand, ("house-quick",)), "e"
-    numbers = small_hand.of(letter).tolist()
+    numbers = small_hand.numbers_of_letter(letter).tolist()
     before = {n: model.ways_of(n) for n in numbers}
     glyph = small_hand.glyphs[numbers[0]]
     said = tuple(way[::-1] for way, _ in before[numbers[0]])
@@ -169,6 +169,7 @@ def test_nothing_is_carried_to_letters_whose_writing_was_recorded(small_hand):
     told = replace(small_hand, glyphs=tuple(glyphs))
     recorded = replace(told, pages=(replace(page, moments=Moments(times=np.arange(len(page.graph)) / 100)),))
     seen, known = (
-        [len(StrokeOrderModel(hand, ())._carry_candidates(n)) for n in told.of("n")] for hand in (told, recorded)
+        [len(StrokeOrderModel(hand, ())._carry_candidates(n)) for n in told.numbers_of_letter("n")]
+        for hand in (told, recorded)
     )
     assert any(seen) and not any(known)

@@ -6,7 +6,7 @@ import pytest
 
 from handout.errors import InputError
 from handout.hand import file
-from handout.hand.corrections import Confirm, JournalEntry, applied
+from handout.hand.corrections import Confirm, JournalEntry, apply_and_tell
 from handout.hand.pending import untaken
 from handout.pipeline import hands
 from handout.pipeline import letter_desk as desk
@@ -29,7 +29,7 @@ def test_pages_are_added_and_what_was_corrected_stays(small_hand, small_hand_fil
         """Meanwhile another program corrects the hand."""
         hand, number = file.load(path), before.glyphs[5]
         at = tuple(hand.pages[0].graph.uv[number.vertices[0]].tolist())
-        made = applied(hand, [Confirm(page=0, at=at)]).hand
+        made = apply_and_tell(hand, [Confirm(page=0, at=at)]).hand
         file.record(path, path, hand, made, JournalEntry((Confirm(page=0, at=at),), ()))
         return read
 

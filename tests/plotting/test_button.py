@@ -58,7 +58,7 @@ def test_it_holds_and_goes_on(tmp_path, version, after):
     else:
         (held, begun), (still, ended) = person.seen
         assert not held and not still and 15 < ended - begun < 25
-    told = compare(DRAWING, plotter.executed().strokes)
+    told = compare(DRAWING, plotter.executed_drawing().strokes)
     assert told.missing == 0 and told.dots == 0 and told.stray == 0 and told.deviation < 0.1 and told.gap <= 0.1
     assert told.doubled <= 1.0
 
@@ -75,7 +75,7 @@ def test_only_who_heeds_it_is_stopped():
     with pytest.raises(ButtonPressed):
         for data in commands:
             controller.send(data)
-    assert not controller.pressed()
+    assert not controller.was_button_pressed()
     careless = ebb.connect(SimulatedPlotter(AXIDRAW, Simulated(fault="button", after=5)), AXIDRAW, lambda _: None)
     for data in commands:
         careless.send(data)

@@ -72,7 +72,7 @@ def test_nobody_is_nobody(echo):
 def test_the_questions_are_harmless():
     port = grbl()()
     connections.ask(port, ["marlin", "ebb", "hpgl", "grbl"])
-    assert port.paper.place == (0, 0, 0) and not port.executed().strokes and port.at_rest
+    assert port.paper.place == (0, 0, 0) and not port.executed_drawing().strokes and port.at_rest
 
 
 @pytest.mark.parametrize(

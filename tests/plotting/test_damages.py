@@ -95,7 +95,7 @@ def test_a_hold_that_nobody_ends_is_the_end_and_the_pen_is_lifted(tmp_path):
     desk.replug()
     with faults.journals(desk):
         runner.run_job(job, lambda: desk, Passer(desk, 0.0))
-    ink = compare(short(), desk.executed().strokes)
+    ink = compare(short(), desk.executed_drawing().strokes)
     assert job.standing().finished and not ink.missing and not ink.stray and ink.doubled < 0.5
 
 
@@ -108,10 +108,10 @@ def test_a_hold_that_somebody_ends_is_waited_for(tmp_path):
 def test_a_journal_goes_back_to_what_is_proven_when_a_command_came_over_wrong(tmp_path):
     with PlotJournal(tmp_path / "journal") as kept:
         kept.begin(0)
-        kept.drawn(DrawnPlace(2, 1.5))
-        kept.drawn(DrawnPlace(3, 0.5), proven=False)
+        kept.note_drawn(DrawnPlace(2, 1.5))
+        kept.note_drawn(DrawnPlace(3, 0.5), proven=False)
         assert kept.standing.place == DrawnPlace(3, 0.5) and kept.standing.proven == DrawnPlace(2, 1.5)
-        kept.drawn(DrawnPlace(3, 0.25))  # what is proven grows behind what is drawn
+        kept.note_drawn(DrawnPlace(3, 0.25))  # what is proven grows behind what is drawn
         assert kept.standing.place == DrawnPlace(3, 0.5) and kept.standing.proven == DrawnPlace(3, 0.25)
         kept.doubt()
         assert kept.standing.place == DrawnPlace(3, 0.25) and kept.standing.doubtful

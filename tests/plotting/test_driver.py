@@ -85,7 +85,7 @@ def test_late_answers_are_no_fault():
     port = open_port("sim:?fault=late&after=30&late=300ms", PROFILE)
     report = run(plan(page(words=1), PROFILE), port, PROFILE)
     assert report.executed_s > report.announced_s and port.lost_bytes == 0
-    assert len(port.executed().strokes) == 1
+    assert len(port.executed_drawing().strokes) == 1
 
 
 @pytest.mark.slow
@@ -101,10 +101,10 @@ def test_an_interrupt_stops_the_machine_and_lifts_the_pen(profile, share):
         run(plan(DRAWING, profile), port, profile, progress=stop)
     assert not port.pen_is_down and port.firmware.state == "Idle" and not port.firmware.locked
     assert port.paper.place[:2] == (0, 0)
-    drawn = sum(stroke.length for stroke in port.executed().strokes)
+    drawn = sum(stroke.length for stroke in port.executed_drawing().strokes)
     assert drawn < (share + 0.25) * DRAWING.pen_down
     again = run(plan(DRAWING, profile), port, profile)  # it knows where it is: the next sheet is in its place
-    assert fidelity.compare(DRAWING, port.executed()).deviation < 0.1 and again.lines > 100
+    assert fidelity.compare(DRAWING, port.executed_drawing()).deviation < 0.1 and again.lines > 100
 
 
 class Impatient:
@@ -167,7 +167,7 @@ def test_the_machines_own_limits_win_and_are_named():
     assert any("planned anew" in word for word in words)
     assert report.announced_s > made.duration and report.plan.profile.limits.acceleration == 600
     assert report.executed_s == pytest.approx(report.announced_s, rel=0.05)
-    assert fidelity.compare(DRAWING, port.executed()).deviation < 0.1
+    assert fidelity.compare(DRAWING, port.executed_drawing()).deviation < 0.1
 
 
 def test_a_machine_that_agrees_says_nothing():
@@ -180,7 +180,7 @@ def test_a_machine_that_agrees_says_nothing():
 def test_a_small_buffer_is_believed():
     port = open_port("sim:?buffer=40", PROFILE)
     report = run(plan(DRAWING, PROFILE), port, PROFILE)
-    assert port.lost_bytes == 0 and len(port.executed().strokes) == len(DRAWING.strokes)
+    assert port.lost_bytes == 0 and len(port.executed_drawing().strokes) == len(DRAWING.strokes)
     assert report.executed_s == pytest.approx(report.announced_s, rel=0.05)
 
 
@@ -199,7 +199,7 @@ def test_soft_limits_of_the_machine_count(work, said):
     port.firmware.modes.work[:2] = [work, -220.0]
     with pytest.raises(DoesNotFit, match=said):
         run(plan(DRAWING, PROFILE), port, PROFILE)
-    assert not port.executed().strokes and port.paper.place[:2] == (0, 0)
+    assert not port.executed_drawing().strokes and port.paper.place[:2] == (0, 0)
 
 
 def test_several_sheets_over_one_connection():
@@ -207,7 +207,7 @@ def test_several_sheets_over_one_connection():
     for seed in (1, 2, 3):
         drawing = page(seed=seed, words=2)
         report = run(plan(drawing, PROFILE), port, PROFILE)
-        assert fidelity.compare(drawing, port.executed()).deviation < 0.1
+        assert fidelity.compare(drawing, port.executed_drawing()).deviation < 0.1
         assert report.executed_s == pytest.approx(report.announced_s, rel=0.05)
 
 
@@ -219,7 +219,7 @@ def test_every_origin_draws_the_page_the_right_way_round(zero, origin, y):
     profile = changed(PROFILE, "bed", zero=zero, origin=origin, y=y)
     port = open_port("sim:", profile)
     run(plan(SHORT, profile), port, profile)
-    assert fidelity.compare(SHORT, port.executed()).deviation < 0.1
+    assert fidelity.compare(SHORT, port.executed_drawing()).deviation < 0.1
 
 
 def test_homing_comes_first():
@@ -265,7 +265,7 @@ def test_what_comes_byte_by_byte_takes_the_time_that_it_takes(name):
     run(made, whole := open_port("sim:", profile), profile, log=usual.append)
     port.lay(SHORT.page, made.placement)
     run(made, Trickling(port), profile, log=words.append)
-    assert fidelity.compare(SHORT, port.executed()).deviation < 0.1 and words == usual
+    assert fidelity.compare(SHORT, port.executed_drawing()).deviation < 0.1 and words == usual
     assert port.executed_s == pytest.approx(whole.executed_s, rel=0.05)
 
 

@@ -29,13 +29,13 @@ def test_fitted_feeds_keep_time_where_mean_speeds_come_late():
     fitted = feeds.fit(lines, wanted, mean, draws, most, 15)
 
     def late(feed):
-        return lookahead.run(lines, feed, 15).duration[draws].sum() / wanted[draws].sum() - 1
+        return lookahead.run_planner(lines, feed, 15).duration[draws].sum() / wanted[draws].sum() - 1
 
     assert late(mean) > 0.015
     assert abs(late(fitted)) < 0.3 * late(mean)
     assert (fitted[draws] <= most[draws] + 1e-9).all() and (fitted[draws] > 0).all()
     assert (fitted[~draws] == mean[~draws]).all()
-    took = lookahead.run(lines, fitted, 15).duration
+    took = lookahead.run_planner(lines, fitted, 15).duration
     assert np.corrcoef(lines.length[draws] / took[draws], lines.length[draws] / wanted[draws])[0, 1] > 0.99
 
 
@@ -53,11 +53,11 @@ def test_lost_time_is_made_up_nearby_and_only_there():
     n = 120
     points = np.column_stack([np.linspace(0, 48, n + 1), np.zeros(n + 1), np.zeros(n + 1)])
     lines = lookahead.blocks(points, np.arange(n) == 0, toolpath.machine_of(PROFILE))
-    easy = lookahead.run(lines, np.full(n, 40.0), 15).duration
+    easy = lookahead.run_planner(lines, np.full(n, 40.0), 15).duration
     wanted = np.where(np.arange(n) == 60, 0.4 * easy, easy)
     most, drawn = np.full(n, 60.0), np.ones(n, dtype=bool)
     feed = feeds.fit(lines, wanted, np.zeros(n), drawn, most, 15)
-    took = lookahead.run(lines, feed, 15).duration
+    took = lookahead.run_planner(lines, feed, 15).duration
     late, lost = np.cumsum(took - wanted), took[60] - wanted[60]
     assert lost > 0.002  # it cannot be done
     assert abs(late[-1]) < 0.3 * lost and np.abs(late).max() < lost

@@ -21,7 +21,7 @@ from handout.hooks import Go, Lift, Lower, Send, Wait
 from handout.plotting import open_port, plan
 from handout.plotting.dialects import DIALECTS, dialect
 from handout.plotting.jobs import runner, store
-from handout.plotting.jobs.places import DrawnPlace, found
+from handout.plotting.jobs.places import DrawnPlace, find_place
 from handout.plotting.jobs.store import JobOptions
 from handout.plotting.planning import hooking
 from handout.plotting.planning.blocks import PenBlock, UserLines
@@ -141,9 +141,9 @@ def test_a_dip_that_has_to_be_within_a_stroke_is_told():
     strokes = hooking.part_strokes(
         Drawing((line(0, 30.0), line(1, 90.0)), Page(100, 50), {"words": ["a", "long"]}), 50.0
     )
-    (said,) = hooking.said([strokes], hooked(dip=("go 290 200",), every=50.0))
+    (said,) = hooking.tell_hooks([strokes], hooked(dip=("go 290 200",), every=50.0))
     assert "is longer than the 50 mm" in said and said.endswith("1 time, in: long.")
-    assert "lies on the sheet" in hooking.said([strokes], hooked(before_page=("go 20 20",)))[0]
+    assert "lies on the sheet" in hooking.tell_hooks([strokes], hooked(before_page=("go 20 20",)))[0]
 
 
 @pytest.mark.parametrize("name", DIALECTS)
@@ -159,7 +159,7 @@ def test_every_dialect_dips_and_says_what_it_is_told(name):
     )
     made, plain = plan(DRAWING, mine), plan(DRAWING, profile)
     assert made.pen_down >= plain.pen_down * 0.999 and made.dips >= made.pen_down / 60
-    assert made.duration > plain.duration and 0 < made.hooked < made.duration
+    assert made.duration > plain.duration and 0 < made.hook_time < made.duration
     downs = [block for block in made.blocks if isinstance(block, PenBlock) and block.down]
     assert sum(not block.inks for block in downs) == made.dips
     assert sum(block.inks for block in downs) == len(made.drawing.strokes)
@@ -170,7 +170,7 @@ def test_every_dialect_dips_and_says_what_it_is_told(name):
     closing = made.after_page()
     assert [block for block in closing.blocks if isinstance(block, UserLines)] == [UserLines(("M778",))]
     assert not closing.toolpath.draws.any() and plain.after_page() is None
-    assert plan(DRAWING, mine, whole=(False, False)).opened == 0 < made.opened
+    assert plan(DRAWING, mine, whole=(False, False)).opening_count == 0 < made.opening_count
 
 
 @pytest.mark.parametrize("step", ["go 0 0", "up"])
@@ -178,7 +178,7 @@ def test_a_hook_may_ask_for_nothing(step):
     joined = Drawing((line(0, 9.0), line(0, 9.0, begin=9.0, at=2.0)), Page(100, 50))
     for drawn, name in ((DRAWING, "before_page"), (DRAWING, "after_page"), (joined, "before_stroke")):
         made = plan(drawn, hooked(**{name: (step,)}))
-        assert made.after_page() is None and made.opened == 0
+        assert made.after_page() is None and made.opening_count == 0
         done = 0 if name != "before_stroke" else 2 if "go" in step else 1  # on the way to the first stroke, and within
         assert len(made.hook_ways()) == len(made.toolpath.hooks) == done
 
@@ -189,7 +189,7 @@ def test_a_job_whose_last_hook_asks_for_nothing_is_finished(tmp_path, monkeypatc
     job, person = store.create([page(words=1)], mine, JobOptions(), place=tmp_path), types.SimpleNamespace(do=str)
     with job.open() as journal:  # it broke off when all was drawn
         journal.begin(0)
-        journal.drawn(DrawnPlace(len(job.drawing(0).strokes)))
+        journal.note_drawn(DrawnPlace(len(job.drawing(0).strokes)))
     runner.run_job(job, lambda: open_port("sim:", mine), person)
     assert job.standing().finished
 
@@ -213,8 +213,8 @@ def test_a_pen_in_its_pot_has_drawn_nothing():
     drawn = Drawing((line(0, 10.0), line(1, 10.0, begin=20.0, at=2.0)), Page(100, 50))
     on_the_way = np.array([25.0, 10.0])  # the way to the pot leads over the second stroke
     ways = [np.array([[60.0, 10.0]])]
-    assert found(drawn, DrawnPlace(1), on_the_way, 30.0, detours=ways) == DrawnPlace(1)
-    assert found(drawn, DrawnPlace(1), on_the_way, 30.0).time == pytest.approx(2.5)
+    assert find_place(drawn, DrawnPlace(1), on_the_way, 30.0, detours=ways) == DrawnPlace(1)
+    assert find_place(drawn, DrawnPlace(1), on_the_way, 30.0).time == pytest.approx(2.5)
 
 
 @functools.cache

@@ -111,11 +111,11 @@ def test_finished_jobs_are_pruned_and_others_are_not(tmp_path):
         finished(job)
     assert sorted(path.name for path in jobs[0].folder.iterdir()) == ["job.json", "journal"]
     store.prune(tmp_path, keep=1)
-    assert [job.name for job in store.every(tmp_path)] == [jobs[1].name, jobs[3].name, jobs[4].name]
+    assert [job.name for job in store.list_kept_jobs(tmp_path)] == [jobs[1].name, jobs[3].name, jobs[4].name]
     store.prune(tmp_path, keep=0)
-    assert [job.name for job in store.every(tmp_path)] == [jobs[1].name, jobs[4].name]
+    assert [job.name for job in store.list_kept_jobs(tmp_path)] == [jobs[1].name, jobs[4].name]
     store.forget(jobs[1])
-    assert [job.name for job in store.every(tmp_path)] == [jobs[4].name]
+    assert [job.name for job in store.list_kept_jobs(tmp_path)] == [jobs[4].name]
 
 
 def test_a_damaged_journal_is_never_pruned(tmp_path):
@@ -124,7 +124,7 @@ def test_a_damaged_journal_is_never_pruned(tmp_path):
     path = job.folder / "journal"
     path.write_bytes(b"x" + path.read_bytes()[1:])
     store.prune(tmp_path, keep=0)
-    assert store.every(tmp_path) == [job]
+    assert store.list_kept_jobs(tmp_path) == [job]
 
 
 def test_a_job_that_is_being_plotted_is_not_forgotten(tmp_path):

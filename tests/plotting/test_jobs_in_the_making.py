@@ -78,7 +78,7 @@ class Desk:
         self.sheet()
 
     def sheet(self):
-        self.heap.append(self.plotter.executed().strokes if self.heap else ())
+        self.heap.append(self.plotter.executed_drawing().strokes if self.heap else ())
         self.plotter.lay(TEXT[0].page, bed.place(TEXT[0].page, PROFILE))
 
     def do(self, request):
@@ -111,7 +111,7 @@ def one_life(desk, place, power, ahead, monkeypatch):
     """Plot what there is to plot until all is done, or the power goes; whether it did not."""
     monkeypatch.setattr("os.fsync", power)
     try:
-        job = (store.every(place) or [None])[0] or begun(place)
+        job = (store.list_kept_jobs(place) or [None])[0] or begun(place)
         maker = Maker(job.folder)
 
         def progress(share, left):  # pages are made in the middle of strokes, too
@@ -143,7 +143,7 @@ def test_the_power_goes_at_any_moment(tmp_path_factory, cuts, shares):
         told = compare(drawing, strokes)
         assert told.missing == 0 and told.dots == 0 and told.stray == 0 and told.deviation < 0.1, told
         assert told.doubled <= (OVERLAP + 0.1) * len(cuts), told
-    (job,) = store.every(place)
+    (job,) = store.list_kept_jobs(place)
     assert job.standing().finished and not list(job.folder.glob(".*"))
     assert {path.name for path in job.folder.iterdir() if "page-" not in path.name} == {"job.json", "journal"}
 

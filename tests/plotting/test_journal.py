@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 
 from handout.errors import InputError
-from handout.plotting.jobs.journal import JobProgress, PlotJournal, read
+from handout.plotting.jobs.journal import JobProgress, PlotJournal, read_progress
 from handout.plotting.jobs.places import START, DrawnPlace
 
 PLACES = [DrawnPlace(0, 0.125), DrawnPlace(0, 1 / 3), DrawnPlace(1), DrawnPlace(4, 17.25)]
@@ -23,7 +23,7 @@ def written(tmp_path):
             kept.begin(part)
             standings.append(kept.standing)
             for place in PLACES:
-                kept.drawn(place)
+                kept.note_drawn(place)
                 kept.sync()
                 standings.append(kept.standing)
             if part == 0:
@@ -34,14 +34,14 @@ def written(tmp_path):
 
 def test_it_says_how_far_a_job_has_come(written):
     path, standings = written
-    standing = read(path)
+    standing = read_progress(path)
     assert standing == standings[-1]
     assert (standing.part, standing.begun, standing.place) == (1, True, PLACES[-1])
     with PlotJournal(path) as kept:
         assert kept.standing.place == PLACES[-1] and len(kept.standing.runs) == 2
         kept.complete()
         kept.finish()
-    assert read(path).finished and read(path).part == 2
+    assert read_progress(path).finished and read_progress(path).part == 2
 
 
 @pytest.mark.slow
@@ -51,12 +51,12 @@ def test_cut_off_at_every_byte_it_is_still_true(written):
     assert len(data.splitlines()) == len(standings) - 1
     for size in range(len(data) + 1):
         path.write_bytes(data[:size])
-        standing = read(path)
+        standing = read_progress(path)
         lines = (data[:size] + b"\n").count(b"\n", 0, size + 1) - (not data[size:].startswith(b"\n"))
         assert standing == standings[lines]  # all of a line is there where its end alone is not
         with PlotJournal(path) as kept:
             assert (kept.standing.part, kept.standing.place) == (standing.part, standing.place)
-        assert read(path).place == standing.place  # what was torn is no part of the next line
+        assert read_progress(path).place == standing.place  # what was torn is no part of the next line
 
 
 @pytest.mark.parametrize("garbage", [b"\0" * 40, b"\xff\n\xff", b"90a1be17 drawn 0 99 1.0\n", b"90a1be", b"\n"])
@@ -65,10 +65,10 @@ def test_a_torn_end_is_cut_off_and_what_is_none_is_told(written, garbage):
     path.write_bytes(path.read_bytes() + garbage)
     torn = garbage in (b"90a1be", b"\n")
     lines = len(standings)
-    assert read(path) == replace(standings[-1], damaged=0 if torn else lines, uncertain=not torn)
+    assert read_progress(path) == replace(standings[-1], damaged=0 if torn else lines, uncertain=not torn)
     PlotJournal(path).close()
     assert (garbage in path.read_bytes()) == (garbage != b"90a1be")
-    assert read(path).place == standings[-1].place and len(read(path).runs) == 2
+    assert read_progress(path).place == standings[-1].place and len(read_progress(path).runs) == 2
 
 
 def test_damage_before_the_end_is_told_and_the_lines_behind_it_say_where_the_job_stands(written):
@@ -86,30 +86,38 @@ def test_a_doubt_that_is_lost_takes_no_ink_with_it(tmp_path):
     path = tmp_path / "journal"
     with PlotJournal(path) as kept:
         kept.begin(0)
-        kept.drawn(DrawnPlace(2, 1.5))
+        kept.note_drawn(DrawnPlace(2, 1.5))
         kept.sync()
-        kept.drawn(DrawnPlace(9, 0.5), proven=False)
+        kept.note_drawn(DrawnPlace(9, 0.5), proven=False)
         kept.sync()
         kept.doubt()
     damaged = path.read_bytes().replace(b" doubtful", b" doubtfuk")
     path.write_bytes(damaged)
-    assert read(path).place == DrawnPlace(2, 1.5) and read(path).uncertain
+    assert read_progress(path).place == DrawnPlace(2, 1.5) and read_progress(path).uncertain
     with PlotJournal(path) as kept:
-        kept.drawn(DrawnPlace(3, 0.5))
-    assert read(path).place == DrawnPlace(3, 0.5) and not read(path).uncertain and read(path).damaged == 5
+        kept.note_drawn(DrawnPlace(3, 0.5))
+    assert (
+        read_progress(path).place == DrawnPlace(3, 0.5)
+        and not read_progress(path).uncertain
+        and read_progress(path).damaged == 5
+    )
 
 
 def test_what_began_in_a_damaged_line_is_not_taken_for_the_part_before(tmp_path):
     path = tmp_path / "journal"
     with PlotJournal(path) as kept:
         kept.begin(0)
-        kept.drawn(DrawnPlace(9, 1.5))
+        kept.note_drawn(DrawnPlace(9, 1.5))
         kept.complete()
         kept.begin(1)
-        kept.drawn(DrawnPlace(2, 0.5))
+        kept.note_drawn(DrawnPlace(2, 0.5))
     *before, complete, part, drawn = path.read_bytes().splitlines(keepends=True)
     path.write_bytes(b"".join([*before, b"x" + complete[1:], b"x" + part[1:], drawn]))
-    assert (read(path).part, read(path).begun, read(path).place) == (1, True, DrawnPlace(2, 0.5))
+    assert (read_progress(path).part, read_progress(path).begun, read_progress(path).place) == (
+        1,
+        True,
+        DrawnPlace(2, 0.5),
+    )
 
 
 def test_two_programs_cannot_plot_one_job(written):
@@ -125,7 +133,7 @@ def test_only_what_is_synced_is_certain(written, monkeypatch):
     monkeypatch.setattr(os, "fsync", lambda handle: synced.append(path.read_bytes()))
     with PlotJournal(path) as kept:
         kept.begin(2)
-        kept.drawn(DrawnPlace(3, 1.0))
+        kept.note_drawn(DrawnPlace(3, 1.0))
         assert kept.standing.place == DrawnPlace(3, 1.0) and kept.certain.place == START
         count = len(synced)
         kept.sync()
@@ -137,7 +145,7 @@ def test_why_it_ended_is_one_line(tmp_path):
     path = tmp_path / "journal"
     with pytest.raises(ValueError), PlotJournal(path):
         raise ValueError("one\n12345678 finished\nthree")
-    assert read(path).stopped == "one 12345678 finished three" and not read(path).finished
+    assert read_progress(path).stopped == "one 12345678 finished three" and not read_progress(path).finished
 
 
 def test_a_full_disk_is_named(tmp_path, monkeypatch):

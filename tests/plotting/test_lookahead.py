@@ -101,7 +101,7 @@ def executed(points, feed):
 def test_the_model_agrees_with_the_simulated_controller(seed, n):
     points, feed = polyline(seed, n)
     lines = lookahead.blocks(points, np.zeros(n, dtype=bool), MACHINE)
-    motion = lookahead.run(lines, feed, MACHINE.queue)
+    motion = lookahead.run_planner(lines, feed, MACHINE.queue)
     took, there = executed(points, feed)
     assert motion.duration.sum() == pytest.approx(took, rel=1e-6)
     assert np.array(there) == pytest.approx(np.round(points[-1] * MACHINE.steps))
@@ -111,10 +111,10 @@ def test_the_agreement_can_fail():
     points, feed = polyline(3, 100)
     lines = lookahead.blocks(points, np.zeros(100, dtype=bool), MACHINE)
     took = executed(points, feed)[0]
-    assert lookahead.run(lines, 0.9 * feed, queue=15).duration.sum() > 1.02 * took
+    assert lookahead.run_planner(lines, 0.9 * feed, queue=15).duration.sum() > 1.02 * took
     sharper = dataclasses.replace(MACHINE, deviation=0.008)
     lines = lookahead.blocks(points, np.zeros(100, dtype=bool), sharper)
-    assert lookahead.run(lines, feed, 15).duration.sum() > 1.01 * took
+    assert lookahead.run_planner(lines, feed, 15).duration.sum() > 1.01 * took
 
 
 def test_the_machine_rests_where_it_is_told_to():
@@ -122,7 +122,7 @@ def test_the_machine_rests_where_it_is_told_to():
     stands = np.zeros(20, dtype=bool)
     stands[[0, 7]] = True
     lines = lookahead.blocks(points, stands, MACHINE)
-    motion = lookahead.run(lines, feed, 15)
+    motion = lookahead.run_planner(lines, feed, 15)
     assert motion.entry[7] == 0 and motion.leave[6] == 0 and motion.entry[8] > 0
 
 
@@ -130,11 +130,11 @@ def test_the_machine_rests_where_it_is_told_to():
 def test_travelled_follows_the_trapezoid():
     points, feed = polyline(9, 30, step=3.0)
     lines = lookahead.blocks(points, np.zeros(30, dtype=bool), MACHINE)
-    motion = lookahead.run(lines, feed, 15)
+    motion = lookahead.run_planner(lines, feed, 15)
     for row in range(30):
         duration, length = motion.duration[row], lines.length[row]
         t = np.linspace(0, duration, 2001)
-        way = np.array([motion.travelled(row, float(time)) for time in t])
+        way = np.array([motion.distance_travelled(row, float(time)) for time in t])
         speed = np.diff(way) / np.diff(t)
         assert way[0] == pytest.approx(0, abs=1e-9) and way[-1] == pytest.approx(length, rel=1e-6)
         assert speed.max() <= motion.nominal[row] * 1.0001

@@ -33,25 +33,25 @@ def at(plotter):
 
 @pytest.mark.parametrize("machine", MACHINES, indirect=True)
 def test_the_pen_goes_down_and_up(machine):
-    manual.moved(again(machine), lambda controller: controller.pen(True))
+    manual.move_and_locate(again(machine), lambda controller: controller.pen(True))
     assert machine.pen_is_down
-    manual.moved(again(machine), lambda controller: controller.pen(False))
+    manual.move_and_locate(again(machine), lambda controller: controller.pen(False))
     assert not machine.pen_is_down and at(machine) == (0, 0)
 
 
 @pytest.mark.parametrize("machine", MACHINES, indirect=True)
 def test_the_carriage_goes_a_way_and_home_with_the_pen_lifted(machine):
-    manual.moved(again(machine), lambda controller: controller.pen(True))
+    manual.move_and_locate(again(machine), lambda controller: controller.pen(True))
     controller = again(machine)
     before = at(machine)
-    place = manual.moved(controller, lambda machine: manual.jog(machine, 12.0, 7.5))
-    assert not machine.pen_is_down and all(stroke.length == 0 for stroke in machine.executed().strokes)
+    place = manual.move_and_locate(controller, lambda machine: manual.jog(machine, 12.0, 7.5))
+    assert not machine.pen_is_down and all(stroke.length == 0 for stroke in machine.executed_drawing().strokes)
     if machine.profile.dialect not in ("ebb",):  # whose motors are mixed
         assert [a - b for a, b in zip(at(machine), before, strict=True)] == pytest.approx([12.0, 7.5], abs=0.05)
     if place is not None:
         assert place == pytest.approx((12.0, 7.5), abs=0.05)
     if machine.profile.homing or controller.position() is not None:
-        assert manual.moved(controller, manual.home) == pytest.approx((0.0, 0.0), abs=0.02)
+        assert manual.move_and_locate(controller, manual.home) == pytest.approx((0.0, 0.0), abs=0.02)
         assert at(machine) == pytest.approx((0.0, 0.0), abs=0.05)
     else:
         with pytest.raises(DeviceAlarm, match="push its pen above its zero by hand"):
@@ -69,7 +69,7 @@ def test_motors_off_means_that_the_place_is_forgotten(machine):
     controller.release()
     later = again(machine).position()
     assert later is None or max(map(abs, later)) < 0.02  # which is not believed either
-    manual.moved(again(machine), lambda controller: controller.pen(True))  # it wakes up
+    manual.move_and_locate(again(machine), lambda controller: controller.pen(True))  # it wakes up
     assert machine.pen_is_down
 
 

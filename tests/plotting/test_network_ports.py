@@ -37,7 +37,7 @@ class Nobody:
 def test_a_plot_over_a_network_overruns_nothing(way, more):
     port, said = open_port(f"sim:?{way}{more}", PROFILE), []
     run(MADE, port, PROFILE, log=said.append)
-    assert fidelity.compare(DRAWING, port.executed()).deviation < 0.1
+    assert fidelity.compare(DRAWING, port.executed_drawing()).deviation < 0.1
     assert port.lost_bytes == 0 and said == []
     port.close()
     with pytest.raises(PortError, match=r"is lost: is the plotter still switched on, and on the network\?"):
@@ -54,7 +54,7 @@ def test_a_lost_connection_is_gone_on_with_where_it_was_lost(way, tmp_path, monk
         runner.run_job(job, lambda: port, Nobody())
     port.replug()
     runner.run_job(job, lambda: port, Nobody(), log=said.append)
-    told = compare(DRAWING, port.executed().strokes)
+    told = compare(DRAWING, port.executed_drawing().strokes)
     assert told.missing == 0 and told.stray == 0 and told.deviation < 0.1 and told.doubled <= 6.0
     assert any("has kept its place" in words for words in said)
 

@@ -53,10 +53,10 @@ def plotted(name, every=0, away=0.0, clock=True, **options):
 def test_a_plot_without_rests_has_none(name, clock):
     plotter, report = plotted(name, clock=clock)
     told = report.observation
-    assert rests(report.plan.intended(), plotter.executed()) == []
+    assert rests(report.plan.intended_drawing(), plotter.executed_drawing()) == []
     assert told.unknown == "" and told.rests == () and told.least_s <= 0.03 and 0 < told.every_s < 0.1
-    _, measured = ebb.in_time(report.plan.intended(), told.executed)
-    _, true = ebb.in_time(report.plan.intended(), plotter.executed())
+    _, measured = ebb.in_time(report.plan.intended_drawing(), told.executed)
+    _, true = ebb.in_time(report.plan.intended_drawing(), plotter.executed_drawing())
     assert measured == pytest.approx(true, abs=0.01)
     assert told.stretched == pytest.approx(report.plan.stretched, abs=0.01)
     assert "never rested on the paper for longer than 0.0" in plot_report.sentence([report])
@@ -67,7 +67,7 @@ def test_a_plot_without_rests_has_none(name, clock):
 @pytest.mark.parametrize(("every", "away"), [(190, 0.6), (131, 0.45)])
 def test_rests_are_found_where_they_are(name, every, away):
     plotter, report = plotted(name, every, away)
-    true = rests(report.plan.intended(), plotter.executed())
+    true = rests(report.plan.intended_drawing(), plotter.executed_drawing())
     told = report.observation.rests
     long = [rest for rest in true if rest[2] > 0.1]
     assert len(long) >= 2 and abs(len(told) - len(true)) <= 1
@@ -76,8 +76,8 @@ def test_rests_are_found_where_they_are(name, every, away):
         true_s = sum(seconds for stroke, _, seconds in true if stroke == number)
         told_s = sum(rest.seconds for rest in told if rest.stroke == number)
         assert math.isclose(told_s, true_s, rel_tol=0.35, abs_tol=0.1)
-    _, measured = ebb.in_time(report.plan.intended(), report.observation.executed)
-    _, correlation = ebb.in_time(report.plan.intended(), plotter.executed())
+    _, measured = ebb.in_time(report.plan.intended_drawing(), report.observation.executed)
+    _, correlation = ebb.in_time(report.plan.intended_drawing(), plotter.executed_drawing())
     assert correlation < 0.97 and measured == pytest.approx(correlation, abs=0.15)
 
 
@@ -100,11 +100,11 @@ def test_answers_that_are_heard_late_are_no_rests(name, mean, seed):
     plotter = Late(profile_of(name), SimulatorOptions(), Clock())
     plotter.rng, plotter.mean = np.random.default_rng(seed), mean
     report = run(plan(drawing, plotter.profile, speed=0.5), plotter, plotter.profile)
-    meant, told = report.plan.intended(), report.observation
-    assert rests(meant, plotter.executed()) == [] and told.rests == ()
-    true = fidelity.timed(meant, plotter.executed())
+    meant, told = report.plan.intended_drawing(), report.observation
+    assert rests(meant, plotter.executed_drawing()) == [] and told.rests == ()
+    true = fidelity.measure_timing(meant, plotter.executed_drawing())
     assert told.least_correlation - 0.005 < true < told.correlation + 0.005
-    assert told.stretched == pytest.approx(fidelity.stretched(meant, plotter.executed()), abs=0.01)
+    assert told.stretched == pytest.approx(fidelity.measure_stretch(meant, plotter.executed_drawing()), abs=0.01)
     doubt = f"(r {told.least_correlation:.2f} to {told.correlation:.2f})"
     exact = told.correlation - told.least_correlation < 0.005
     assert (doubt in plot_report.sentence([report])) != exact
@@ -127,7 +127,7 @@ def test_slow_going_is_no_rest(share):
 
 def test_where_it_rested_is_told_in_words_and_figures():
     plotter, report = plotted("simulated", 190, 0.6)
-    row = plot_report.plotted(report, plotter, 1)
+    row = plot_report.tell_plotted_page(report, plotter, 1)
     words = {rest["text"] for rest in row["rests"]}
     assert row["measured"] and words and words <= set(DRAWING.about["words"])
     assert row["rested_s"] == pytest.approx(sum(rest["seconds"] for rest in row["rests"]), abs=0.01)
@@ -154,7 +154,7 @@ def test_a_real_machine_is_measured_too():
             plotter.close()
 
     report = run(plan(DRAWING, plotter.profile), Cable(), plotter.profile)
-    row = plot_report.plotted(report, Cable(), 1)
+    row = plot_report.tell_plotted_page(report, Cable(), 1)
     assert row["measured"] and row["rests"] is not None and row["least_rest_s"] >= 0.02
 
 
@@ -164,7 +164,7 @@ def test_what_a_machine_does_not_say_is_not_known():
     facts = plot_report.facts([report])
     assert not facts["measured"] and facts["rests"] is None and facts["rested_s"] is None and facts["unknown"]
     assert plot_report.sentence([report]).startswith("Whether the pen rested is not known: An HP-GL plotter")
-    row = plot_report.plotted(report, object(), 1)
+    row = plot_report.tell_plotted_page(report, object(), 1)
     assert not row["measured"] and row["unknown"] and row["rests"] is None
     whole = plot_report.whole([row])
     assert whole["rests"] is None and whole["rested_s"] is None

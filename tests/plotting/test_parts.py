@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from handout.errors import InputError
-from handout.plotting.jobs.parts import PlotPart, arranged, asked, parts, survey
+from handout.plotting.jobs.parts import PlotPart, arrange_layers, list_requests, parts, survey
 from handout.values import Drawing, Page, Stroke
 
 COLOURS = ["#c01020", "", "#1020c0"]
@@ -23,7 +23,7 @@ def coloured(words=9, seed=1):
 
 @pytest.mark.parametrize(("layers", "names"), [("none", [""]), ("name", ["a", "b"]), ("colour", COLOURS)])
 def test_layers_are_drawn_one_after_the_other(layers, names):
-    drawing = arranged(coloured(), layers)
+    drawing = arrange_layers(coloured(), layers)
     found = survey(drawing, layers)
     assert [layer.name for layer in found] == names
     assert len(set(drawing.strokes)) == len(coloured().strokes)
@@ -41,7 +41,7 @@ def test_layers_are_drawn_one_after_the_other(layers, names):
 
 @given(st.floats(10.0, 500.0), st.integers(1, 3), st.integers(1, 3))
 def test_a_pen_is_looked_at_in_time_and_never_within_a_word(every, copies, pages):
-    drawings = [arranged(coloured(6, seed), "name") for seed in range(pages)]
+    drawings = [arrange_layers(coloured(6, seed), "name") for seed in range(pages)]
     surveys = [survey(drawing, "name") for drawing in drawings]
     longest = max(ink for layers in surveys for layer in layers for ink in layer.ink)
     used: dict[str, float] = {}
@@ -75,15 +75,15 @@ def test_strokes_of_no_word_are_looked_after_one_by_one():
 
 def test_what_a_person_is_asked():
     one, two = PlotPart(0, 0, "red", 0, 5, 100), PlotPart(0, 0, "", 5, 9, 100)
-    assert asked(None, one, 2, ["red", ""]) == ["Put in the pen for layer 'red'"]
-    assert asked(one, two, 2, ["red", ""]) == ["Put in the pen for what is in no layer"]
+    assert list_requests(None, one, 2, ["red", ""]) == ["Put in the pen for layer 'red'"]
+    assert list_requests(one, two, 2, ["red", ""]) == ["Put in the pen for what is in no layer"]
     after = PlotPart(1, 1, "red", 0, 5, 100, 20_300)
-    assert asked(two, after, 2, ["red", ""]) == [
+    assert list_requests(two, after, 2, ["red", ""]) == [
         "Put in sheet 4",
         "Put in the pen for layer 'red'",
         "The pen has drawn 20.3 m: check it",
     ]
-    assert asked(None, PlotPart(0, 0, "", 0, 5, 100), 2, [""]) == []
+    assert list_requests(None, PlotPart(0, 0, "", 0, 5, 100), 2, [""]) == []
 
 
 def test_an_empty_page_has_no_parts():

@@ -63,7 +63,7 @@ def test_both_heights_are_found(name):
     assert 0 <= steps.sign * (touching - first) <= steps.sizes[0] + 1e-9
     assert steps.sign * (found.down - found.up) >= 0.9 * abs(pen.up - pen.down)
     assert not port.pen_is_down
-    drawn, sheets = port.executed().strokes, 2 if steps.follows else 1
+    drawn, sheets = port.executed_drawing().strokes, 2 if steps.follows else 1
     assert len(drawn) == sheets * sum(range(2, pen_heights.ROWS + 2))  # a wave and its marks
     deepest = None if found.pressed is None else steps.sign * (found.pressed - found.down)
     assert deepest == (pytest.approx(3 * steps.row) if steps.follows else None)
@@ -148,13 +148,13 @@ def test_given_heights_are_tried():
         pen_heights.begin(controller, port, person, lambda _: None), pen_heights.Heights(20.0, 100.0)
     )
     values = {value for _, value in port.paper.power if value}
-    assert {20.0, 100.0} <= values and len(port.executed().strokes) == 2
+    assert {20.0, 100.0} <= values and len(port.executed_drawing().strokes) == 2
     assert len(person.asked) == 1
 
 
 def test_the_end_of_the_range_is_not_passed():
     steps = pen_heights.Steps(profiles.find("marlin-servo", "plotter"))
-    assert steps.from_(178.0, 6.0) is None and steps.from_(100.0, 6.0) == 106.0
+    assert steps.lower_from(178.0, 6.0) is None and steps.lower_from(100.0, 6.0) == 106.0
     assert steps.rows(175.0)[-1] == 180.0
 
 

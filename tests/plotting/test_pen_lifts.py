@@ -57,7 +57,7 @@ def test_a_z_axis_comes_down_slowly_and_goes_up_fast():
 def test_a_ramp_is_announced_and_draws_the_same(profile):
     drawing, ramped = page(words=3), with_pen(profile, ramp=profiles.Time(0.3))
     port, made = drawn(drawing, ramped)
-    assert fidelity.compare(drawing, port.executed()).deviation < 0.1
+    assert fidelity.compare(drawing, port.executed_drawing()).deviation < 0.1
     assert made.duration > plan(drawing, profile).duration + 0.1 * len(drawing.strokes)
 
 
@@ -65,8 +65,8 @@ def test_a_z_axis_follows_the_pressure():
     drawing = with_pressure(page(words=3), np.random.default_rng(3))
     profile = with_pen(ON_Z, pressed=-0.8)
     port, made = drawn(drawing, profile)
-    assert fidelity.compare(drawing, port.executed()).deviation < 0.1
-    pairs = [pair for pair in zip(drawing.strokes, port.executed().strokes, strict=True) if pair[0].length > 1]
+    assert fidelity.compare(drawing, port.executed_drawing()).deviation < 0.1
+    pairs = [pair for pair in zip(drawing.strokes, port.executed_drawing().strokes, strict=True) if pair[0].length > 1]
     assert len(pairs) >= 3
     for meant, got in pairs:
         along = [np.append(0, np.cumsum(np.hypot(*np.diff(s.xy, axis=0).T))) for s in (meant, got)]
@@ -81,7 +81,7 @@ def test_a_z_axis_may_count_downwards():
     drawing = with_pressure(page(words=2), np.random.default_rng(3))
     profile = with_pen(ON_Z, z="down", up=0.0, down=5.0, pressed=6.0)
     port, made = drawn(drawing, profile)
-    assert fidelity.compare(drawing, port.executed()).deviation < 0.1 and not port.pen_is_down
+    assert fidelity.compare(drawing, port.executed_drawing()).deviation < 0.1 and not port.pen_is_down
     assert 5.3 < max(block.z for block in made.blocks if isinstance(block, MoveBlock) and block.z is not None) <= 6
 
 
@@ -93,7 +93,7 @@ def test_the_servo_of_an_ebb_follows_the_pressure_in_small_steps(firmware):
     port = open_port(f"sim:?firmware={firmware}", profile)
     made = plan(drawing, profile)
     run(made, port, profile)
-    got = port.executed()
+    got = port.executed_drawing()
     assert fidelity.compare(drawing, got).deviation < 0.1 and not port.pen_is_down
     told = [block.servo for block in made.blocks if isinstance(block, Timed) and block.servo is not None]
     assert len(set(told)) > 6 and board.pen.down - 2000 <= min(told) and max(told) <= board.pen.down
@@ -153,7 +153,7 @@ def test_commands_of_ones_own_are_sent_as_they_are_once():
 def test_commands_of_ones_own_draw():
     profile, drawing = own_commands(), page(words=2)
     port, _ = drawn(drawing, profile)
-    assert fidelity.compare(drawing, port.executed()).deviation < 0.1 and not port.pen_is_down
+    assert fidelity.compare(drawing, port.executed_drawing()).deviation < 0.1 and not port.pen_is_down
 
 
 SERVO_PEN = 'lift = "servo"\nup = 40\ndown = 90\n'

@@ -71,7 +71,7 @@ def speeds(made, number):
     rows = np.flatnonzero(made.toolpath.draws & (made.toolpath.stroke == number))
     begin, end = made.starts[rows[0]], made.starts[rows[-1]] + made.motion.duration[rows[-1]]
     t = np.arange(begin, end, 0.004)
-    at = np.array([made.at(float(moment))[:2] for moment in t])
+    at = np.array([made.pen_at(float(moment))[:2] for moment in t])
     fast = np.hypot(*np.diff(at, axis=0).T) / 0.004
     return float(np.percentile(fast, 90))
 
@@ -105,9 +105,9 @@ def test_the_marks_of_tails_are_where_the_pen_would_be(profile):
     while not made.toolpath.draws[rows[0] - 1] and np.ptp(made.toolpath.points[rows[0] - 1 : rows[0] + 1, 0]):
         rows.insert(0, rows[0] - 1)
     leaves = float(made.starts[rows[0]])
-    before = np.array(made.at(leaves)[:2])
+    before = np.array(made.pen_at(leaves)[:2])
     for ms, mark in zip(shown, marks, strict=True):
-        way = np.hypot(*(np.array(made.at(leaves + ms / 1000)[:2]) - before))
+        way = np.hypot(*(np.array(made.pen_at(leaves + ms / 1000)[:2]) - before))
         assert way == pytest.approx(mark, abs=0.25, rel=0.15)
 
 
@@ -141,7 +141,7 @@ def test_what_cannot_be_set_is_left_out():
 
 def test_captions_stand_where_they_are_put():
     captions = [Caption("80 mm", 30.0, 50.0, 1.5), Caption("play", 90.0, 120.0, 3.0)]
-    made = sheet.written(captions, "house-print", PAGE, np.random.default_rng(2), 1.0)
+    made = sheet.write_captions(captions, "house-print", PAGE, np.random.default_rng(2), 1.0)
     words = [[s.xy for s in made.strokes if (s.xy[:, 1].mean() < 80) == (n == 0)] for n in range(2)]
     for caption, strokes in zip(captions, words, strict=True):
         xy = np.concatenate(strokes)

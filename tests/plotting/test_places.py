@@ -6,7 +6,7 @@ from cursive import page
 
 from handout import profiles
 from handout.plotting import plan
-from handout.plotting.jobs.places import START, DrawnPlace, Milestones, drawn, place
+from handout.plotting.jobs.places import START, DrawnPlace, Milestones, place, take_drawn
 from handout.values import Drawing, Page, Stroke
 
 PROFILES = [profiles.find(name, "plotter") for name in ("simulated", "grbl-z")]
@@ -31,7 +31,7 @@ def test_every_block_leads_to_its_place(profile, speed):
         stroke, time = reached.place(done)
         at = [np.interp(time, DRAWING.strokes[stroke].t, DRAWING.strokes[stroke].xy[:, axis]) for axis in (0, 1)]
         assert np.hypot(*(ends[done - 1] - at)) < 0.01
-        before = drawn(DRAWING, DrawnPlace(stroke, time)).pen_down
+        before = take_drawn(DRAWING, DrawnPlace(stroke, time)).pen_down
         assert before == pytest.approx(reached.ink[done], rel=0.02)
 
 

@@ -31,7 +31,7 @@ def scribble(seed, n, sharp, size):
 
 def modelled(points, feed, queue, deviation):
     lines = lookahead.blocks(points, np.zeros(len(feed), dtype=bool), dataclasses.replace(MACHINE, deviation=deviation))
-    return lines, lookahead.run(lines, feed, queue)
+    return lines, lookahead.run_planner(lines, feed, queue)
 
 
 def stepped_through(points, feed, queue, deviation, line_time=0.0):
@@ -56,7 +56,7 @@ def test_times_speeds_and_places_are_those_of_small_steps(seed, n, sharp, size, 
     begun = np.array(seen.begins)
     row = np.clip(np.searchsorted(begun, t, side="right") - 1, 0, n - 1)
     since = t - begun[row]
-    gone = motion.travelled(row, np.minimum(since, motion.duration[row]))
+    gone = motion.distance_travelled(row, np.minimum(since, motion.duration[row]))
     ends = lookahead.to_steps(points, MACHINE.steps)[:, :2]
     place = ends[row] + (gone / lines.length[row])[:, None] * (ends[row + 1] - ends[row])
     away = np.hypot(*(place - np.column_stack([x, y])).T)
@@ -83,7 +83,7 @@ def fed(points, feed, queue, line_time):
     port = msgspec.structs.replace(PROFILE.port, queue=queue, line_time=line_time, baud=4_000_000)
     lines, motion = modelled(points, feed, queue, 0.01)
     have = feed_segments.depth(way, motion, msgspec.structs.replace(PROFILE, port=port))
-    return way, have, lookahead.run(lines, feed, have)
+    return way, have, lookahead.run_planner(lines, feed, have)
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
@@ -93,12 +93,12 @@ def test_lines_that_come_slowly_leave_less_to_look_ahead(seed):
     seen = stepped_through(points, feed, 4, 0.01, 0.011)
     assert have[4:-4].min() < 4 <= have.max()
     assert motion.duration.sum() == pytest.approx(seen.begins[-1], rel=0.01)
-    assert feed_segments.least(way, have, 4) == have[1:-4].min()
+    assert feed_segments.find_least_queue(way, have, 4) == have[1:-4].min()
 
 
 def test_a_queue_that_fills_in_time_is_always_full():
     points, feed = scribble(2, 40, 0.1, 0.4)
     way, have, motion = fed(points, feed, 15, 0.002)
     assert (have == np.minimum(15, 40 - np.arange(40))).all()
-    assert feed_segments.least(way, have, 15) == 15
+    assert feed_segments.find_least_queue(way, have, 15) == 15
     assert (motion.duration == modelled(points, feed, 15, 0.01)[1].duration).all()

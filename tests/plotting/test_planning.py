@@ -42,11 +42,11 @@ def test_the_page_is_drawn_as_it_was_announced(acceleration, lift):
     profile = msgspec.structs.replace(profile, limits=limits)
     drawing = page(seed=acceleration, words=6)
     made, report, port = executed(drawing, profile)
-    found = fidelity.compare(drawing, port.executed())
+    found = fidelity.compare(drawing, port.executed_drawing())
     assert found.deviation < 0.1
     assert report.executed_s == pytest.approx(made.duration, rel=0.05)
     assert found.stretched == pytest.approx(made.stretched, rel=0.01) == pytest.approx(report.stretched, rel=0.01)
-    predicted = fidelity.compare(made.intended(), made.predicted())
+    predicted = fidelity.compare(made.intended_drawing(), made.predicted_drawing())
     assert found.correlation == pytest.approx(predicted.correlation, abs=0.01)
     assert found.timed == pytest.approx(predicted.timed, abs=0.01)
     assert found.correlation > (0.94 if acceleration == 1000 else 0.99)
@@ -58,7 +58,7 @@ def test_the_page_is_drawn_as_it_was_announced(acceleration, lift):
 def test_the_path_is_kept_at_any_speed(seed, x_height, speed):
     drawing = page(seed=seed, words=3, x_height=x_height)
     made, report, port = executed(drawing, PROFILE, speed=speed)
-    for stroke, drawn in zip(drawing.strokes, port.executed().strokes, strict=True):
+    for stroke, drawn in zip(drawing.strokes, port.executed_drawing().strokes, strict=True):
         assert fidelity.deviation_of(stroke, drawn) < 0.1
     assert report.executed_s == pytest.approx(made.duration, rel=0.05)
     assert port.lost_bytes == 0
@@ -72,7 +72,7 @@ def test_speed_is_a_multiple_of_the_hand():
     assert durations[1].sum() > durations[0].sum() * 1.3
     slow = plan(drawing, PROFILE, speed=0.5)
     assert slow.stretched == pytest.approx(1, abs=0.01)
-    assert fidelity.compare(slow.intended(), slow.predicted()).correlation > 0.995
+    assert fidelity.compare(slow.intended_drawing(), slow.predicted_drawing()).correlation > 0.995
     fast = plan(drawing, PROFILE, speed="fast")
     assert fast.stretched < 0.9 and fast.duration < plan(drawing, PROFILE).duration
     assert draws.any()
@@ -107,22 +107,22 @@ def test_blocks_tell_the_same_story():
 def test_at_says_where_the_pen_is():
     drawing = page(words=3)
     made = plan(drawing, PROFILE)
-    assert made.at(-1.0) == made.at(0.0) == (pytest.approx(0), pytest.approx(210), False)
-    assert made.at(made.duration + 1) == (pytest.approx(0), pytest.approx(210), False)
-    predicted = made.predicted()
+    assert made.pen_at(-1.0) == made.pen_at(0.0) == (pytest.approx(0), pytest.approx(210), False)
+    assert made.pen_at(made.duration + 1) == (pytest.approx(0), pytest.approx(210), False)
+    predicted = made.predicted_drawing()
     for stroke in predicted.strokes:
         for t, (x, y) in zip(stroke.t[1:-1:7], stroke.xy[1:-1:7], strict=True):
-            assert made.at(float(t)) == (pytest.approx(x, abs=1e-6), pytest.approx(y, abs=1e-6), True)
-    track = np.array([made.at(t)[:2] for t in np.arange(0, made.duration, 0.01)])
+            assert made.pen_at(float(t)) == (pytest.approx(x, abs=1e-6), pytest.approx(y, abs=1e-6), True)
+    track = np.array([made.pen_at(t)[:2] for t in np.arange(0, made.duration, 0.01)])
     assert np.linalg.norm(np.diff(track, axis=0), axis=1).max() <= 150 * 0.01 * 1.001
     between = [(a.t[-1], b.t[0]) for a, b in zip(predicted.strokes, predicted.strokes[1:], strict=False)]
-    assert not any(made.at((a + b) / 2)[2] for a, b in between)
+    assert not any(made.pen_at((a + b) / 2)[2] for a, b in between)
 
 
 def test_predicted_is_what_the_simulated_plotter_does():
     drawing = page(words=6)
     made, _, port = executed(drawing, PROFILE)
-    found = fidelity.compare(made.predicted(), port.executed())
+    found = fidelity.compare(made.predicted_drawing(), port.executed_drawing())
     assert found.stretched == pytest.approx(1, abs=1e-3) and found.timed > 0.998 and found.deviation < 0.05
 
 
@@ -131,15 +131,15 @@ def test_a_page_too_small_for_the_writing_speed_is_stretched_not_distorted():
     drawing = page(words=3)
     made, _, port = executed(drawing, slow)
     assert made.stretched > 1.5
-    assert fidelity.compare(drawing, port.executed()).deviation < 0.1
+    assert fidelity.compare(drawing, port.executed_drawing()).deviation < 0.1
 
 
 def test_dots_rest_on_the_paper():
     dots = tuple(Stroke(np.array([i, i + 0.04]), np.array([[20.0 + i, 30.0]] * 2)) for i in range(3))
     single = Stroke([5.0], [[40.0, 40.0]])
     made, report, port = executed(Drawing((*dots, single), Page(100, 100)), PROFILE)
-    assert [s.length for s in port.executed().strokes] == [0.0] * 4
-    assert port.executed().strokes[3].xy == pytest.approx(np.array([[40, 40]]), abs=0.01)
+    assert [s.length for s in port.executed_drawing().strokes] == [0.0] * 4
+    assert port.executed_drawing().strokes[3].xy == pytest.approx(np.array([[40, 40]]), abs=0.01)
     assert [block.seconds for block in made.blocks if isinstance(block, Pause)] == pytest.approx([0.04] * 3)
     assert report.executed_s == pytest.approx(made.duration, rel=0.05)
     assert made.stretched == 1.0
@@ -150,8 +150,8 @@ def test_dots_rest_on_the_paper():
 def test_a_single_dot_at_zero(name, speed):
     profile = profiles.find(name, "plotter")
     made, report, port = executed(Drawing((Stroke([0.0], [[0.0, 210.0]]),), Page(148, 210)), profile, speed=speed)
-    assert len(port.executed().strokes) == 1 and made.pen_up == made.pen_down == 0
-    assert report.executed_s == pytest.approx(made.duration, abs=0.05) and made.at(0.1)[:2] == (0, 210)
+    assert len(port.executed_drawing().strokes) == 1 and made.pen_up == made.pen_down == 0
+    assert report.executed_s == pytest.approx(made.duration, abs=0.05) and made.pen_at(0.1)[:2] == (0, 210)
 
 
 def test_order_travel_moves_words_only():
@@ -188,7 +188,7 @@ def test_awkward_strokes_are_drawn_all_the_same(drawing, speed, name):
     made, report, port = executed(drawing, profile, speed=speed)
     assert (made.motion.length[made.toolpath.draws] > 0).all() and np.isfinite(made.motion.duration).all()
     assert report.executed_s == pytest.approx(made.duration, rel=0.05, abs=0.05)
-    for stroke, drawn in zip(drawing.strokes, port.executed().strokes, strict=True):
+    for stroke, drawn in zip(drawing.strokes, port.executed_drawing().strokes, strict=True):
         assert hausdorff(stroke.xy, drawn.xy) < lost(profile, speed)
 
 

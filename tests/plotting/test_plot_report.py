@@ -28,7 +28,7 @@ def test_predicted_and_measured_say_the_same():
     made = plan(page(words=5), PROFILE)
     predicted = plot_report.row(made, 1)
     port = open_port("sim:", PROFILE)
-    measured = plot_report.plotted(run(made, port, PROFILE), port, 1)
+    measured = plot_report.tell_plotted_page(run(made, port, PROFILE), port, 1)
     assert predicted.keys() == measured.keys() and predicted.keys() >= KEYS
     assert (predicted["measured"], measured["measured"]) == (False, True)
     assert (
@@ -84,10 +84,10 @@ def test_a_part_is_told_of_by_what_was_drawn_last():
     port = open_port("sim:", PROFILE)
     report = run(plan(drawing, PROFILE), port, PROFILE)
     part = dataclasses.replace(report, plan=plan(Drawing(drawing.strokes[2:], drawing.page), PROFILE))
-    told = plot_report.plotted(part, port, 1)
+    told = plot_report.tell_plotted_page(part, port, 1)
     assert told["measured"] and told["correlation"] > 0.99
     more = Drawing((*drawing.strokes, drawing.strokes[0]), drawing.page)  # the sheet has not seen all of it
-    assert not plot_report.plotted(dataclasses.replace(report, plan=plan(more, PROFILE)), port, 1)["measured"]
+    assert not plot_report.tell_plotted_page(dataclasses.replace(report, plan=plan(more, PROFILE)), port, 1)["measured"]
 
 
 def test_a_page_of_dots_has_nothing_to_compare():
@@ -106,7 +106,7 @@ def test_a_drawing_without_time_is_compared_with_the_best_the_machine_can_do():
     assert told["correlation"] > 0.98 and told["stretched"] == pytest.approx(1, abs=0.02)
     port = open_port("sim:", PROFILE)
     run(made, port, PROFILE)
-    assert fidelity.deviation_of(untimed.strokes[0], port.executed().strokes[0]) < 0.05
+    assert fidelity.deviation_of(untimed.strokes[0], port.executed_drawing().strokes[0]) < 0.05
 
 
 def test_dots_without_time_are_no_rests():

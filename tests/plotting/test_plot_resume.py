@@ -8,7 +8,7 @@ from cursive import page
 from handout import profiles
 from handout.errors import DeviceError, InputError
 from handout.plotting.jobs import runner, store
-from handout.plotting.jobs.places import START, DrawnPlace, found
+from handout.plotting.jobs.places import START, DrawnPlace, find_place
 from handout.plotting.jobs.store import JobOptions
 from handout.simulated.plotter import SimulatedPlotter
 from handout.simulated.plotter.options import SimulatorOptions as Simulated
@@ -56,7 +56,7 @@ def again(plotter, person=None, log=None):
 
 
 def judged(plotter, times, exact=False, drawing=DRAWING, off=0.1):
-    told = compare(drawing, plotter.executed().strokes)
+    told = compare(drawing, plotter.executed_drawing().strokes)
     assert told.missing == 0 and told.gap <= 0.1 and told.dots == 0, told
     assert told.deviation < off and told.stray == 0, told
     assert told.doubled <= (0.5 if exact else OVERLAP) * times, told
@@ -252,11 +252,11 @@ def test_nobody_is_there_to_push_the_pen_to_its_zero(tmp_path):
 def test_a_stop_is_found_on_the_way():
     stroke = DRAWING.strokes[0]
     for at in range(3, len(stroke.t) - 1, 17):
-        place = found(DRAWING, START, stroke.xy[at] + [0.0, 0.01], 1e3)
+        place = find_place(DRAWING, START, stroke.xy[at] + [0.0, 0.01], 1e3)
         assert place is not None and place.stroke == 0 and place.time <= stroke.t[at] + 0.02
         certain = DrawnPlace(0, stroke.t[max(at - 9, 0)])
-        place = found(DRAWING, certain, stroke.xy[at], 20.0)
+        place = find_place(DRAWING, certain, stroke.xy[at], 20.0)
         assert abs(place.time - stroke.t[at]) < 0.02
-    assert found(DRAWING, START, np.array([0.0, 0.0]), 1e3) is None
+    assert find_place(DRAWING, START, np.array([0.0, 0.0]), 1e3) is None
     between = (stroke.xy[-1] + DRAWING.strokes[1].xy[0]) / 2
-    assert found(DRAWING, DrawnPlace(0, stroke.t[-2]), between, 20.0) == DrawnPlace(1)
+    assert find_place(DRAWING, DrawnPlace(0, stroke.t[-2]), between, 20.0) == DrawnPlace(1)

@@ -90,7 +90,7 @@ def test_a_plot_through_a_serial_line():
         plotter.lay(drawing.page, made.placement)
         report = run(made, port, PROFILE)
         assert report.stretched == pytest.approx(made.stretched) and 0 < report.executed_s < 60
-        assert fidelity.compare(drawing, plotter.executed()).deviation < 0.1 and plotter.lost_bytes == 0
+        assert fidelity.compare(drawing, plotter.executed_drawing()).deviation < 0.1 and plotter.lost_bytes == 0
     finally:
         end.set()
         thread.join()
@@ -126,7 +126,7 @@ def test_a_plot_through_a_socket_and_a_broken_connection():
         made = plan(drawing, PROFILE)
         plotter.lay(drawing.page, made.placement)
         run(made, port, PROFILE)
-        assert fidelity.compare(drawing, plotter.executed()).deviation < 0.1
+        assert fidelity.compare(drawing, plotter.executed_drawing()).deviation < 0.1
         end.set()
         ended.wait(5)
         with pytest.raises(PortError, match="is lost: is the plotter still switched on"):

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from handout.plotting.jobs.places import START, DrawnPlace, drawn, onward, remaining
+from handout.plotting.jobs.places import START, DrawnPlace, onward, remaining, take_drawn
 from handout.values import Drawing, Page, Stroke
 
 CHANNELS = ("pressure", "tilt", "azimuth", "rotation", "width")
@@ -48,7 +48,7 @@ def samples(drawing):
 def test_drawn_and_left_are_the_whole_and_nothing_is_twice(data):
     whole = data.draw(drawings())
     place = data.draw(places(whole))
-    before, after = drawn(whole, place), remaining(whole, place)
+    before, after = take_drawn(whole, place), remaining(whole, place)
     assert before.pen_down + after.pen_down == pytest.approx(whole.pen_down)
     assert (before.page, before.about) == (after.page, after.about) == (whole.page, whole.about)
     broken = len(before.strokes) + len(after.strokes) - len(whole.strokes)
@@ -91,8 +91,8 @@ def test_an_azimuth_goes_the_short_way_round():
 def test_a_dot_is_drawn_or_not():
     dot = Stroke([1.0], [[5, 5]])
     page = Drawing((dot, dataclasses.replace(dot, t=[2.0])), Page(20, 20))
-    assert len(remaining(page, START).strokes) == 2 and drawn(page, START).strokes == ()
+    assert len(remaining(page, START).strokes) == 2 and take_drawn(page, START).strokes == ()
     assert (
         remaining(page, DrawnPlace(1)).strokes == page.strokes[1:]
-        and drawn(page, DrawnPlace(1)).strokes == page.strokes[:1]
+        and take_drawn(page, DrawnPlace(1)).strokes == page.strokes[:1]
     )

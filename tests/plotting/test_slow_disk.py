@@ -15,7 +15,7 @@ from benchmarks.live import rests
 from handout import profiles
 from handout.errors import InputError
 from handout.plotting.jobs import journal, runner, store
-from handout.plotting.jobs.journal import PlotJournal, read
+from handout.plotting.jobs.journal import PlotJournal, read_progress
 from handout.plotting.jobs.places import DrawnPlace
 from handout.simulated.plotter import SimulatedPlotter
 from handout.simulated.plotter.options import SimulatorOptions as Simulated
@@ -69,11 +69,11 @@ def test_a_disk_that_takes_a_second_does_not_stop_the_pen(tmp_path, late, name):
     waiting = disk(1.0)
     plotter = SimulatedPlotter(profile_of(name), clock=clock)
     job, report, said = plotted(tmp_path, plotter)
-    assert rests(report.plan.intended(), plotter.executed()) == [] and report.observation.rests == ()
+    assert rests(report.plan.intended_drawing(), plotter.executed_drawing()) == [] and report.observation.rests == ()
     assert report.unsecured > 20 and report.unsecured <= LONGEST * 1.02
     assert len(said) == 1 and f"up to {LONGEST:.0f} mm may be drawn twice" in said[0] and "overlap of 20 mm" in said[0]
     assert job.standing().finished and waiting.longest <= 3
-    ink = compare(DRAWING, plotter.executed().strokes)
+    ink = compare(DRAWING, plotter.executed_drawing().strokes)
     assert ink.missing == 0 and ink.doubled == 0
 
 
@@ -95,7 +95,7 @@ def test_short_strokes_keep_the_overlap_on_a_slow_disk_too(tmp_path, late):
     plotter = SimulatedPlotter(profile_of("simulated"), clock=clock)
     _, report, said = plotted(tmp_path, plotter, overlap=LONGEST + 25.0)
     assert said == [] and report.unsecured <= LONGEST + 25.0
-    assert rests(report.plan.intended(), plotter.executed()) == []
+    assert rests(report.plan.intended_drawing(), plotter.executed_drawing()) == []
 
 
 @pytest.mark.slow
@@ -127,7 +127,7 @@ def test_the_computer_dies_while_the_disk_is_late(tmp_path, late, monkeypatch, n
     slow.dead = False
     disk(0.0)
     runner.run_job(job, lambda: plotter, Nobody())
-    ink = compare(DRAWING, plotter.executed().strokes)
+    ink = compare(DRAWING, plotter.executed_drawing().strokes)
     assert ink.missing == 0 and ink.dots == 0 and ink.stray == 0 and ink.doubled <= 1.1 * LONGEST
 
 
@@ -189,7 +189,7 @@ def test_an_error_of_the_disk_within_a_stroke_lifts_the_pen(tmp_path, monkeypatc
     monkeypatch.setattr("os.fsync", lambda handle: None)
     plotter.replug()
     runner.run_job(job, lambda: plotter, Nobody())
-    ink = compare(DRAWING, plotter.executed().strokes)
+    ink = compare(DRAWING, plotter.executed_drawing().strokes)
     assert ink.missing == 0 and ink.dots == 0 and job.standing().finished
 
 
@@ -208,7 +208,7 @@ def test_what_is_known_is_on_the_disk_after_an_interrupt_that_finds_it_busy(tmp_
     assert job.standing().stopped == "it was interrupted" and not plotter.pen_is_down
     plotter.replug()
     runner.run_job(job, lambda: plotter, Nobody())
-    ink = compare(DRAWING, plotter.executed().strokes)
+    ink = compare(DRAWING, plotter.executed_drawing().strokes)
     assert ink.missing == 0 and ink.doubled <= 0.5
 
 
@@ -218,15 +218,15 @@ def test_places_do_not_pile_up_behind_a_slow_disk(tmp_path, monkeypatch):
     with PlotJournal(path) as kept:
         kept.begin(0)
         held.free.clear()
-        pending = kept.secure() if kept.drawn(DrawnPlace(0, 0.5)) is None else None
+        pending = kept.secure() if kept.note_drawn(DrawnPlace(0, 0.5)) is None else None
         for at in range(5000):
-            kept.drawn(DrawnPlace(1, at / 7))
+            kept.note_drawn(DrawnPlace(1, at / 7))
         assert kept.standing.place == DrawnPlace(1, 4999 / 7) and kept.certain.place != kept.standing.place
         assert len(kept._waiting) <= 1 and not pending.done()
         held.free.set()
         kept.sync()
         assert kept.certain == kept.standing
-    assert path.read_bytes().count(b"drawn") < 5 and read(path).place == DrawnPlace(1, 4999 / 7)
+    assert path.read_bytes().count(b"drawn") < 5 and read_progress(path).place == DrawnPlace(1, 4999 / 7)
 
 
 def test_a_disk_that_takes_a_part_of_a_line_is_given_the_rest(tmp_path):
@@ -243,9 +243,9 @@ def test_a_disk_that_takes_a_part_of_a_line_is_given_the_rest(tmp_path):
 
         kept._file._file = Bit()
         kept.begin(0)
-        kept.drawn(DrawnPlace(2, 1.0))
+        kept.note_drawn(DrawnPlace(2, 1.0))
         kept.sync()
-    assert read(path).place == DrawnPlace(2, 1.0)
+    assert read_progress(path).place == DrawnPlace(2, 1.0)
 
 
 def test_the_judge_sees_a_rest_that_is_there():

@@ -13,7 +13,7 @@ from handout.errors import InputError
 from handout.plotting import plan
 from handout.plotting.jobs import store
 from handout.plotting.jobs.store import JobOptions
-from handout.plotting.jobs.stretch import SheetStretch, named, pieces
+from handout.plotting.jobs.stretch import SheetStretch, name_stretch, pieces
 
 PROFILE = profiles.find("simulated", "plotter")
 TEXTS = (["Dear", "Ada,", "thank", "you"], ["for", "the", "letter", "and", "the", "stamps."])
@@ -98,9 +98,13 @@ def test_what_cannot_be_is_one_sentence(asked, said):
 
 
 def test_it_is_called_by_its_words():
-    assert named(part(from_word="you", to_word="for"), PAGES).startswith('Of sheets 1 to 2, from "you" to "for": 0.')
-    assert named([SheetStretch(0, 0, 1), SheetStretch(2, 0, 1)], [*PAGES, PAGES[0]]).startswith("Of sheets 1, 3, from")
-    assert named([SheetStretch(1, 0, 1)], [dataclasses.replace(drawn, about={}) for drawn in PAGES]).startswith(
+    assert name_stretch(part(from_word="you", to_word="for"), PAGES).startswith(
+        'Of sheets 1 to 2, from "you" to "for": 0.'
+    )
+    assert name_stretch([SheetStretch(0, 0, 1), SheetStretch(2, 0, 1)], [*PAGES, PAGES[0]]).startswith(
+        "Of sheets 1, 3, from"
+    )
+    assert name_stretch([SheetStretch(1, 0, 1)], [dataclasses.replace(drawn, about={}) for drawn in PAGES]).startswith(
         "Of sheet 2: 0."
     )
 

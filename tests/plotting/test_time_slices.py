@@ -60,7 +60,7 @@ def test_no_more_is_asked_than_the_machine_can_do(acceleration):
 def test_a_hand_within_the_limits_is_left_alone():
     drawing = page(words=6)
     made = plan(drawing, machine(acceleration=Acceleration(20000)))
-    found = fidelity.compare(made.intended(), made.predicted())
+    found = fidelity.compare(made.intended_drawing(), made.predicted_drawing())
     assert made.stretched == pytest.approx(1, abs=1e-4) and found.timed_rms < 5e-3 and found.timed > 0.999
     for stroke, there in zip(drawing.strokes, drawn(made), strict=True):
         if stroke.length:
@@ -132,7 +132,7 @@ def test_motors_turn_round_between_slices():
             continue
         begin = path.trajectory.t[starts[index]]
         for a, b in itertools.pairwise(stroke.t - stroke.t[0] + begin):
-            along = np.diff(path.at(np.linspace(a, b, 20)) @ mix.T, axis=0)
+            along = np.diff(path.places_at(np.linspace(a, b, 20)) @ mix.T, axis=0)
             total += 1
             amiss += bool((np.abs(along.sum(axis=0)) < 0.98 * np.abs(along).sum(axis=0) - 0.02).any())
     assert total > 100 and amiss < 0.02 * total
@@ -146,9 +146,9 @@ def test_blocks_and_at_tell_the_same_story():
     assert sum(isinstance(block, Pause) for block in made.blocks) == sum(s.length == 0 for s in made.drawing.strokes)
     for block, begin in zip(made.blocks, made.begins, strict=True):
         if isinstance(block, Timed):
-            x, y, _ = made.at(float(begin + block.seconds))
+            x, y, _ = made.pen_at(float(begin + block.seconds))
             assert (x, y) == pytest.approx((block.x, block.y), abs=1e-6)
-    assert made.at(made.duration + 1) == (pytest.approx(0), pytest.approx(0), False)
+    assert made.pen_at(made.duration + 1) == (pytest.approx(0), pytest.approx(0), False)
     total = sum(block.seconds for block in made.blocks if isinstance(block, (Timed, Pause)))
     total += sum(0.18 if down else 0.13 for down in pens)
     assert made.duration == pytest.approx(total, abs=1e-6)
@@ -169,7 +169,7 @@ def test_a_path_is_followed_between_its_samples():
     t = np.linspace(0, 2, 401)
     circle = np.stack([50 + 5 * np.cos(5 * t), 50 + 5 * np.sin(5 * t)], axis=1)
     path = time_scaling.smooth_trajectory(Trajectory(t[::2], circle[::2], np.zeros(201, dtype=int)))
-    assert np.hypot(*(path.at(t) - circle).T)[4:-4].max() < 1e-3
+    assert np.hypot(*(path.places_at(t) - circle).T)[4:-4].max() < 1e-3
 
 
 def test_a_long_page_is_planned_in_a_few_seconds():

@@ -8,7 +8,7 @@ import pytest
 from handout.errors import InputError
 from handout.hand import library
 from handout.hand.author_reader import own_words
-from handout.hand.learnt import known, remember
+from handout.hand.learnt import known_values, remember
 from handout.hand.vetting import vet
 from handout.page_sizes import page
 from handout.pipeline import rereading
@@ -73,10 +73,10 @@ def test_a_hand_without_words_is_judged_as_usual():
 @pytest.mark.slow
 def test_a_glyph_that_is_another_letter_is_written_no_more():
     hand = library.find("house-print-fountain")
-    wrong = set(hand.of("o").tolist())
+    wrong = set(hand.numbers_of_letter("o").tolist())
     lying = replace(hand, glyphs=tuple(replace(g, letter="t") if n in wrong else g for n, g in enumerate(hand.glyphs)))
     author_reader(hand), vet(hand), layout_model(hand)
-    remember(lying, known(hand))  # nobody else notices
+    remember(lying, known_values(hand))  # nobody else notices
     text = "that little tent stays tight at the street, but the latter gets tattered at night-time"
 
     def compose(proofread):

@@ -48,11 +48,11 @@ def test_no_less_opaque_ink_would_do(seed):
 def test_scan_comes_back_and_no_halo(level, noise):
     scan = scan_of(INK, paper=level, noise=noise)
     matte = matte_of(scan)
-    assert np.abs(matte.over(matte.paper).astype(int) - scan.rgb).max() <= 1
+    assert np.abs(matte.lay_over(matte.paper).astype(int) - scan.rgb).max() <= 1
     inky = matte.rgba[:, :, 3] > 0
     for ground in (GREEN, YELLOW):
         # ink scaled from its paper is blue and dark: nothing may come out lighter than the new paper all over
-        lighter = (matte.over(ground).astype(int) > ground + 1).all(axis=2)
+        lighter = (matte.lay_over(ground).astype(int) > ground + 1).all(axis=2)
         assert not lighter[inky].any()
     far = np.zeros_like(inky)
     far[:, :20] = True
@@ -63,7 +63,7 @@ def test_grey_ink_on_green_is_never_lighter():
     scan = scan_of(INK, colour=(0.2, 0.2, 0.2), noise=0.003)
     matte = matte_of(scan)
     for ground in (GREEN, YELLOW):
-        assert ((matte.over(ground).astype(int) - ground).sum(axis=2) <= 3 * 12).all()
+        assert ((matte.lay_over(ground).astype(int) - ground).sum(axis=2) <= 3 * 12).all()
     assert matte.rgba[INK > 0.9][:, 3].min() > 150
 
 
@@ -72,9 +72,9 @@ def test_light_ink_on_dark_paper():
     mixed = ground * (1 - INK[:, :, None]) + 0.9 * INK[:, :, None]
     base = scan_of(np.zeros_like(INK), paper=mixed, noise=0.005)
     matte = matte_of(base)
-    assert np.abs(matte.over(matte.paper).astype(int) - base.rgb).max() <= 1
+    assert np.abs(matte.lay_over(matte.paper).astype(int) - base.rgb).max() <= 1
     # no pixel darker than the new paper where the ink is lighter
-    assert not (matte.over(np.array([60, 60, 60])).astype(int) < 59).any()
+    assert not (matte.lay_over(np.array([60, 60, 60])).astype(int) < 59).any()
 
 
 def test_smooth_filling_follows_the_paper():

@@ -10,7 +10,7 @@ from scribbles import coverage, scan_of
 
 from handout.scanning.density import find_density
 from handout.scanning.inks import find_inks
-from handout.scanning.line_graph import find_line_graph, fitted_to_ink, half_widths, sampled
+from handout.scanning.line_graph import find_line_graph, fitted_to_ink, half_widths, sample_image
 from handout.scanning.mask import find_mask
 from handout.scanning.skeleton import separate_strokes, skeleton, without_spurs
 
@@ -111,7 +111,7 @@ def test_pieces_stay_whole(seed, strokes, width):
     inside = cv2.distanceTransform(ink, cv2.DIST_L2, 5)
     xy, edges = skeleton(ink > 0)
     before = pieces(edges, len(xy))
-    taken, pairs = separate_strokes(xy, edges, sampled(inside, xy), width / 2)
+    taken, pairs = separate_strokes(xy, edges, sample_image(inside, xy), width / 2)
     assert pieces(pairs, len(taken)) == before
     assert not len(pairs) or len(np.unique(pairs)) == pairs.max() + 1
     assert (pairs[:, 0] != pairs[:, 1]).all()

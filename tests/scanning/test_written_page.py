@@ -58,7 +58,7 @@ def test_pages_may_share_a_scale():
 def test_a_page_can_be_turned():
     scan = page(4)
     lying = prepare(Scan(np.rot90(scan.rgb, -1), scan.dpi))
-    assert len(find_ink(lying.turned(1)).text_lines.lines) == 4
+    assert len(find_ink(lying.turn_quarters(1)).text_lines.lines) == 4
 
 
 def test_blank_page_is_named():

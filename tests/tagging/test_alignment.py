@@ -64,7 +64,7 @@ def aligned():
     strips, texts, _ = page()
     with pytest.MonkeyPatch.context() as less:  # of what takes time
         less.setattr(segmentation, "_ADAPTATION", Adaptation(rehearsed=8, copies=2))
-        two = network.shipped()[:2]
+        two = network.load_networks()[:2]
         return align_strips(strips, "\n".join(texts), rng=np.random.default_rng(1), networks=two)
 
 
@@ -91,14 +91,14 @@ def test_most_letters_are_sure_and_the_list_of_doubt_begins_with_the_worst(align
 def test_the_same_generator_gives_the_same_alignment(monkeypatch):
     monkeypatch.setattr(segmentation, "_ADAPTATION", Adaptation(rehearsed=2, copies=1))
     strips, texts, _ = page()
-    some, two = (strips[:1], texts[0]), network.shipped()[:2]
+    some, two = (strips[:1], texts[0]), network.load_networks()[:2]
     first, second = (align_strips(*some, rng=np.random.default_rng(5), networks=two) for _ in range(2))
     assert first == second
 
 
 def test_line_breaks_that_differ_from_the_page_are_found():
     strips, texts, _ = page()
-    some = PageReader([strip.image for strip in strips], network.shipped())
+    some = PageReader([strip.image for strip in strips], network.load_networks())
     readings = [some.reading(i) for i in range(len(strips))]
     lines = read_transcript(TEXT)
     parts = transcript_fit.broken_freely(readings, lines, some.widths(read_transcript("\n".join(texts))))
@@ -122,7 +122,7 @@ def test_a_line_of_wrong_text_is_named():
 def test_small_slips_cost_only_themselves():
     strips, texts, spans = page()
     slip = [texts[0].replace("master", "mastter"), texts[1] + "!", *texts[2:]]
-    some = PageReader([strip.image for strip in strips], network.shipped())
+    some = PageReader([strip.image for strip in strips], network.load_networks())
     widths = some.widths(read_transcript("\n".join(texts)))
     for number, (text, true) in enumerate(zip(slip, texts, strict=True)):
         (line,) = read_transcript(text)
@@ -144,7 +144,7 @@ def test_what_cannot_be_aligned_is_said():
 
 def test_decodings_that_agree_are_sure():
     strips, texts, _ = page()
-    some = PageReader([strips[0].image], network.shipped())
+    some = PageReader([strips[0].image], network.load_networks())
     lines = read_transcript(texts[0])
     one = decode(some.reading(0), lines[0].letters, some.widths(lines))
     away = replace(one, left=one.left + 9, right=one.right + 9)
@@ -156,7 +156,7 @@ def test_decodings_that_agree_are_sure():
 def test_what_is_compared_for_confidence_is_every_network_alone(monkeypatch):
     monkeypatch.setattr(segmentation, "_ADAPTATION", Adaptation(rehearsed=2, copies=1))
     strips, texts, _ = page()
-    nets = network.shipped()[:2]
+    nets = network.load_networks()[:2]
     some = PageReader([strip.image for strip in strips[:2]], nets)
     lines = read_transcript("\n".join(texts[:2]))
     once = by_segments(some, lines, np.random.default_rng(1), adapting=False)

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from handout.alphabet import JUNK, LETTERS, SPACE, THIRDS, state
-from handout.tagging.decoder import BAR, TERMS, ColumnReading, decode, in_a_row, read
+from handout.tagging.decoder import BAR, TERMS, ColumnReading, decode, in_a_row, read_line
 from handout.tagging.line_space import ABOVE, HEIGHT, STEP
 
 STATES = len(LETTERS) * THIRDS
@@ -105,7 +105,7 @@ def word(text: str, size: int = 4) -> list[str]:
 
 
 def reading_of(columns: list[str]) -> ColumnReading:
-    return read(picture(columns), posterior(columns), np.zeros(STATES, np.float32))
+    return read_line(picture(columns), posterior(columns), np.zeros(STATES, np.float32))
 
 
 SURE = dict.fromkeys(LETTERS, 24.0)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from handout.reading import pictures
-from handout.tagging.ink_exchange import NOBODY, SETTINGS, InkExchange, exchanged
+from handout.tagging.ink_exchange import NOBODY, SETTINGS, InkExchange, exchange_ink
 
 
 @pytest.fixture(scope="module")
@@ -20,7 +20,9 @@ def shared(small_hand):
 def test_a_stem_that_its_neighbour_took_comes_back(shared, small_hand, known):
     sheet, letter, names, lines = shared
     giver = next(
-        i for i in small_hand.of("n").tolist() if min(small_hand.glyphs[i].before, small_hand.glyphs[i].after) >= 0
+        i
+        for i in small_hand.numbers_of_letter("n").tolist()
+        if min(small_hand.glyphs[i].before, small_hand.glyphs[i].after) >= 0
     )
     held = frozenset({small_hand.glyphs[giver].after}) if known else frozenset()
     settled = InkExchange(sheet, letter, names, lines, pictures.load(), held)
@@ -37,7 +39,7 @@ def test_a_stem_that_its_neighbour_took_comes_back(shared, small_hand, known):
 
 def test_a_stem_comes_back_to_a_letter_that_does_not_touch_it(shared, small_hand):
     sheet, letter, names, lines = shared
-    dotted = next(i for i in small_hand.of("i").tolist() if small_hand.glyphs[i].before >= 0)
+    dotted = next(i for i in small_hand.numbers_of_letter("i").tolist() if small_hand.glyphs[i].before >= 0)
     own = np.flatnonzero(letter == dotted)
     height = small_hand.outline(dotted)[:, 1] * sheet.pitch / sheet.x_height
     stem = own[height < 1.2]
@@ -78,4 +80,4 @@ def test_a_page_of_few_letters_is_left_alone(shared, small_page):
 
     sheet, letter, _, _ = shared
     assert len(letter) and SETTINGS.least > 44
-    assert exchanged(sheet, Alignment(()), letter) is letter
+    assert exchange_ink(sheet, Alignment(()), letter) is letter

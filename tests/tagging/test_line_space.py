@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from handout.scanning.text_lines import line_owners
-from handout.tagging.line_space import ABOVE, X_HEIGHT, LineFrame, median_slant, straightened, strips
+from handout.tagging.line_space import ABOVE, X_HEIGHT, LineFrame, median_slant, straighten_line, strips
 
 finite = st.floats(-3000, 3000)
 
@@ -44,7 +44,7 @@ STEMS = [[(2 * i, 0), (2 * i, 1)] for i in range(9)] + [[(2 * i, 1), (2 * i, 2.6
 def test_a_sloping_slanted_line_becomes_straight_and_upright(slant):
     frame = LineFrame((300.0, 0.04, -2e-5), 31.0, slant, 120.0)
     ink = drawn(frame, STEMS)
-    strip = straightened(ink, 0, frame)
+    strip = straighten_line(ink, 0, frame)
     rows = np.flatnonzero((strip.image > 110).sum(axis=1) > 9)
     assert rows[-1] == pytest.approx(ABOVE, abs=3) and rows[0] <= ABOVE - X_HEIGHT + 3
     # every stem fills few columns, and stands where its u says
@@ -85,5 +85,5 @@ def test_specks_go_to_the_nearest_line():
 
 
 def test_a_line_without_ink_is_empty():
-    strip = straightened(np.zeros((50, 50), bool), 0, LineFrame((20.0,), 10.0))
+    strip = straighten_line(np.zeros((50, 50), bool), 0, LineFrame((20.0,), 10.0))
     assert not strip.image.any()

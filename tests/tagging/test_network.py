@@ -25,8 +25,8 @@ def toy(rng, n=900, kinds=6):
 def learned():
     rng = np.random.default_rng(3)
     columns = toy(rng)
-    start = network.untrained(columns, WIDTHS, 24, rng)
-    return start, network.trained(start, columns, epochs=14, rate=3e-3, rng=rng)
+    start = network.start_network(columns, WIDTHS, 24, rng)
+    return start, network.train_network(start, columns, epochs=14, rate=3e-3, rng=rng)
 
 
 def test_it_learns_and_leaves_the_first_network_alone(learned):
@@ -40,7 +40,7 @@ def test_probabilities_sum_to_one_and_average(learned):
     features = toy(np.random.default_rng(5), 20).features
     each = [np.exp(one.log_posterior(features)) for one in learned]
     assert each[0].sum(axis=1) == pytest.approx(np.ones(20), abs=1e-5)
-    assert np.exp(network.averaged([one.log_posterior(features) for one in learned])) == pytest.approx(
+    assert np.exp(network.average_logs([one.log_posterior(features) for one in learned])) == pytest.approx(
         (each[0] + each[1]) / 2, abs=1e-6
     )
 
@@ -107,6 +107,6 @@ def test_nothing_pickled_is_read(tmp_path):
 
 
 def test_the_shipped_networks_are_small_and_fit():
-    found = network.shipped()
+    found = network.load_networks()
     assert found
     assert all(sum(w.size for w in one.weights) * 2 < 3e6 for one in found)

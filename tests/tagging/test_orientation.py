@@ -47,7 +47,7 @@ def test_a_page_that_lies_wrong_is_turned(inked, small_page, scanned, turn, said
     wrong = lying(inked, lambda picture: np.rot90(picture, scanned))
     assert find_turn(wrong, small_page.written, rng()) == turn
     assert said in orientation_name(turn)
-    upright = wrong.prepared.turned(turn)
+    upright = wrong.prepared.turn_quarters(turn)
     assert np.array_equal(upright.scan.rgb, inked.prepared.scan.rgb)
 
 

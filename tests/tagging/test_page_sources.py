@@ -117,7 +117,7 @@ def test_pages_of_a_hand_share_their_scale_of_ink(two, monkeypatch):
 
 @pytest.mark.slow
 def test_a_page_scanned_upside_down_is_turned_and_that_is_said(two, small_page):
-    said, source = [], replace(two[0], prepared=two[0].prepared.turned(2))
+    said, source = [], replace(two[0], prepared=two[0].prepared.turn_quarters(2))
     (made,) = tagged_pages([source], 0, None, said.append, method="segments-once")
     assert "the page lies upside down: turned upright" in "".join(said)
     assert [glyph.letter for glyph in made.glyphs] == [glyph.letter for glyph in small_page.made.glyphs]
@@ -128,5 +128,5 @@ def test_a_text_most_of_which_is_not_there_is_refused(small_page):
     with pytest.raises(
         InputError, match=r"page\.png: 40 of the 84 characters of its text are not on the page.*3 lines"
     ):
-        page_sources._refuse_lost(lost, 3)
-    page_sources._refuse_lost(small_page.made, 3)
+        page_sources._refuse_lost(lost, "3 lines")
+    page_sources._refuse_lost(small_page.made, "3 lines")

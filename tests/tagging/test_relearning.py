@@ -9,7 +9,7 @@ from handout.hand.corrections import Confirm, Outline, Remove, Unlink
 from handout.hand.scanned import NOBODY
 from handout.tagging import relearning, segmentation
 from handout.tagging.alignment import DOUBTFUL
-from handout.tagging.relearning import correct, realigned
+from handout.tagging.relearning import correct, realign_page
 from handout.tagging.segmentation import Adaptation, by_segments
 from tests.hand.test_corrections import at, box, word
 
@@ -21,7 +21,7 @@ def quick(monkeypatch):
 
 
 def test_what_was_not_corrected_stays(small_hand, quick):
-    again = realigned(small_hand, 0, rng=np.random.default_rng(0))
+    again = realign_page(small_hand, 0, rng=np.random.default_rng(0))
     assert [g.letter for g in again.glyphs] == [g.letter for g in small_hand.glyphs]
     for one, two in zip(small_hand.glyphs, again.glyphs, strict=True):
         assert np.array_equal(one.vertices, two.vertices) and (one.before, one.after) == (two.before, two.after)

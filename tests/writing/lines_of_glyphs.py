@@ -29,16 +29,18 @@ def drawn_units(hand, paragraph, seed):
 
 
 def gaps(model, numbers, new_word, rng, variation=1.0):
-    chances = Chances.of(rng, len(numbers))
+    chances = Chances.draw(rng, len(numbers))
     return model.spacing.between(np.asarray(numbers, dtype=int), np.asarray(new_word, dtype=bool), chances, variation)
 
 
 def heights(model, numbers, new_word, rng, variation=1.0):
-    return model.heights.heights_of(np.asarray(numbers), np.asarray(new_word), Chances.of(rng, len(numbers)), variation)
+    return model.heights.heights_of(
+        np.asarray(numbers), np.asarray(new_word), Chances.draw(rng, len(numbers)), variation
+    )
 
 
 def bent(model, numbers, rng, variation=1.0):
-    return model.bends(np.asarray(numbers), Chances.of(rng, len(numbers)), variation)
+    return model.bends(np.asarray(numbers), Chances.draw(rng, len(numbers)), variation)
 
 
 def set_line(model, numbers, x, y, new_word, bends):

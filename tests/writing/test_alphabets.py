@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 
 from handout.errors import MissingCharacters
-from handout.hand.diacritics import DOTLESS, decomposed, recomposed
+from handout.hand.diacritics import DOTLESS, compose_grapheme, decompose_grapheme
 from handout.hand.library import load
 from handout.hand.protocol import Repertoire
 from handout.page_sizes import page
 from handout.writing.compose import compose
-from handout.writing.drawn_forms import accented
+from handout.writing.drawn_forms import accent_glyph
 from handout.writing.layout import Layout
-from handout.writing.text import LEFT_OUT, borrow, borrowed, normalise, spell
+from handout.writing.text import LEFT_OUT, borrow, list_borrowed, normalise, spell
 
 HANDS = ("house-joined", "house-quick", "house-print")
 SENTENCES = {
@@ -45,7 +45,7 @@ def test_every_sentence_is_written_without_borrowed_forms(name):
         for form in ("NFC", "NFD"):
             written = normalise(unicodedata.normalize(form, text))
             assert list(spell(written, known)), language
-            assert borrowed(written, known) == [], language
+            assert list_borrowed(written, known) == [], language
 
 
 @pytest.mark.slow
@@ -61,18 +61,18 @@ def test_all_of_it_lies_on_the_page(name):
 
 def test_what_is_decomposed_is_recomposed():
     for letter in EXTENDED_A + "șțȘȚéüñç":
-        base, marks = decomposed(letter)
+        base, marks = decompose_grapheme(letter)
         # the comma below of Romanian is one letter, however it was typed
-        assert recomposed(base, marks) == letter.translate(str.maketrans("ŢţŅ", "ȚțŅ"))
-    assert decomposed("ł") == ("l", ("\u0338",)) and decomposed("ı") == ("i", (DOTLESS,))
+        assert compose_grapheme(base, marks) == letter.translate(str.maketrans("ŢţŅ", "ȚțŅ"))
+    assert decompose_grapheme("ł") == ("l", ("\u0338",)) and decompose_grapheme("ı") == ("i", (DOTLESS,))
 
 
 def made(hand, letter, seed=0):
     """Every form of a letter with its marks: (body, marks), each (n, 2)."""
-    base, names = decomposed(letter)
+    base, names = decompose_grapheme(letter)
     rng = np.random.default_rng(seed)
     for glyph in hand.glyphs[base]:
-        whole = accented(glyph, names, hand, rng)
+        whole = accent_glyph(glyph, names, hand, rng)
         body = [s for s, late in zip(glyph.strokes, glyph.delayed, strict=True) if not late]
         marks = [s for s in whole.strokes if not any(np.array_equal(s, own) for own in glyph.strokes)]
         yield glyph, body, marks, whole
@@ -119,7 +119,7 @@ def test_accents_over_accents_do_not_touch():
 def test_what_is_borrowed_is_listed():
     known = load("house-quick").repertoire
     text = normalise("ə and 😀 or ə, 1⃣")
-    assert [(b.letter, b.source, b.at) for b in borrowed(text, known)] == [
+    assert [(b.letter, b.source, b.at) for b in list_borrowed(text, known)] == [
         ("ə", "e in its place", (0, 11)),
         ("😀", LEFT_OUT, (6,)),
         ("1⃣", "1 in its place", (14,)),

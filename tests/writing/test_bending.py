@@ -75,7 +75,7 @@ def test_bends_differ_and_grow(small_manner):
 def test_ranges_are_the_author_s(small_hand, small_manner):
     spread = small_manner.spread
     for number, glyph in enumerate(small_hand.glyphs):
-        own = spread.size[small_hand.of(glyph.letter)]
+        own = spread.size[small_hand.numbers_of_letter(glyph.letter)]
         assert (spread.low[number] <= spread.size[number]).all() and (spread.size[number] <= spread.high[number]).all()
         if len(own) >= 5:
             assert (spread.low[number] >= own.min(axis=0) - 1e-9).all()

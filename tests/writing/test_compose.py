@@ -11,7 +11,7 @@ from handout.errors import DoesNotFit, InputError
 from handout.hand.library import load
 from handout.page_sizes import page
 from handout.writing.compose import compose
-from handout.writing.drawn_words import joined
+from handout.writing.drawn_words import are_joined
 from handout.writing.layout import Layout
 from handout.writing.text import Letter
 from tests.writing.lines_of_glyphs import Forms
@@ -90,7 +90,7 @@ def test_joined_letters_meet_in_kind():
     for word in ("over", "women", "because", "orange", "waving", "bread", "love"):
         glyphs = chooser.word([Letter(c, (), i) for i, c in enumerate(word)])
         for a, b in pairwise(glyphs):
-            if joined(a, b) and b.entry != "free":
+            if are_joined(a, b) and b.entry != "free":
                 assert a.exit == b.entry, (word, a.letter, b.letter)
 
 
@@ -109,7 +109,7 @@ def test_a_capital_that_joins_is_joined_and_one_that_does_not_is_not():
     joining = replace(k, exit="low", places=frozenset({"start", "middle"}))
     hand = replace(JOINED, glyphs={**JOINED.glyphs, "K": (joining,)})
     word = [Letter(c, (), i) for i, c in enumerate("Ka")]
-    assert any(joined(*Forms(hand, rng).word(word)) for _ in range(20))
+    assert any(are_joined(*Forms(hand, rng).word(word)) for _ in range(20))
     apart = replace(JOINED, glyphs={**JOINED.glyphs, "K": (k,)})
     for _ in range(20):
         a = Forms(apart, rng).word(word)[1]

@@ -37,7 +37,7 @@ def test_a_way_is_one_stroke_from_letter_to_letter(small_hand, small_manner):
             assert np.array_equal(out.uv, into.uv) and np.array_equal(out.radius, into.radius)
             assert out.height == pytest.approx(into.height, abs=1e-12)
             assert out.owned + into.owned == len(out) or out.owned == into.owned == len(out)
-            assert out.along[0] == 0 and out.along[-1] == 1 and (np.diff(out.along) > 0).all()
+            assert out.share_along[0] == 0 and out.share_along[-1] == 1 and (np.diff(out.share_along) > 0).all()
             joined += 1
     assert joined > 5
 

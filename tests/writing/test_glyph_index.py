@@ -30,21 +30,21 @@ def kept(small_hand):
 def test_every_glyph_is_there(kept, small_hand):
     assert len(kept) == len(small_hand.glyphs)
     for letter in small_hand.letters:
-        assert list(kept.of(letter)) == list(small_hand.of(letter))
+        assert list(kept.of(letter)) == list(small_hand.numbers_of_letter(letter))
     for (letter, place), count in small_hand.instances.items():
         assert len(kept.of(letter, place)) == count
     assert len(kept.of("Q")) == len(kept.of("Q", "start")) == 0
 
 
 def test_a_blot_is_dear_to_write(small_hand):
-    number = int(small_hand.of("e")[2])
+    number = int(small_hand.numbers_of_letter("e")[2])
     page, body = small_hand.pages[0], small_hand.body(number)
     radius = page.graph.radius.copy()
     radius[body[: len(body) // 2]] *= 3
     sheet = replace(page, graph=replace(page.graph, radius=radius))
     plain, blotted = blots(small_hand), blots(replace(small_hand, pages=(sheet,)))
     assert (plain >= 0).all() and blotted[number] > plain[number] + 0.3
-    others = np.setdiff1d(small_hand.of("n"), number)
+    others = np.setdiff1d(small_hand.numbers_of_letter("n"), number)
     assert np.allclose(blotted[others], plain[others], atol=0.02)
     dear = index_glyphs(replace(small_hand, pages=(sheet,))).intrinsic_cost[number]
     assert dear > index_glyphs(small_hand).intrinsic_cost[number] + 3
@@ -52,12 +52,12 @@ def test_a_blot_is_dear_to_write(small_hand):
 
 def test_departures_are_those_from_a_letter_s_usual(small_hand):
     """An e that is thicker and fainter, and leans, stands out in that; letters of which there are few do not."""
-    number = int(small_hand.of("e")[2])
+    number = int(small_hand.numbers_of_letter("e")[2])
     page, body = small_hand.pages[0], small_hand.body(number)
     bodies = [small_hand.body(i) for i in range(len(small_hand.glyphs))]
     plain = residuals(small_hand, bodies)
-    assert (plain[small_hand.of("j")] == 0).all() and np.abs(plain).max() <= 2.5
-    usual = np.median(plain[small_hand.of("e")], axis=0)
+    assert (plain[small_hand.numbers_of_letter("j")] == 0).all() and np.abs(plain).max() <= 2.5
+    usual = np.median(plain[small_hand.numbers_of_letter("e")], axis=0)
     assert np.abs(usual).max() < 0.5
     graph = page.graph
     radius, density = graph.radius.copy(), graph.density.copy()
@@ -135,7 +135,7 @@ def test_letters_that_depart_alike_go_together(kept):
 
 
 def test_a_rare_letter_that_nobody_but_its_author_reads_costs_as_much_as_a_lent_one(small_hand):
-    (number,) = small_hand.of("p").tolist()
+    (number,) = small_hand.numbers_of_letter("p").tolist()
     glyphs = list(small_hand.glyphs)
     glyphs[number] = replace(glyphs[number], letter="k")
     wrong = replace(small_hand, glyphs=tuple(glyphs))
@@ -179,7 +179,7 @@ def test_a_hand_that_never_joins_is_told_by_looks(small_hand):
 
 
 def test_doubtful_and_broken_glyphs_cost_more(small_hand):
-    number = int(small_hand.of("n")[0])
+    number = int(small_hand.numbers_of_letter("n")[0])
     glyphs = list(small_hand.glyphs)
     glyphs[number] = replace(glyphs[number], confidence=0.0)
     doubted = index_glyphs(replace(small_hand, glyphs=tuple(glyphs)))

@@ -103,7 +103,7 @@ def test_lines_wander_no_further_than_the_author_s(small_manner, jumbles):
         for seed in range(6):
             rng = np.random.default_rng(seed)
             numbers = rng.choice(np.flatnonzero(~flow.marks), 60)
-            y = used.heights_of(numbers, np.arange(60) % 5 == 0, Chances.of(rng, 60), 1.0)
+            y = used.heights_of(numbers, np.arange(60) % 5 == 0, Chances.draw(rng, 60), 1.0)
             left.append(y - used.predicted[numbers])
         return np.std(left)
 

@@ -29,21 +29,21 @@ def test_what_the_author_joined_is_joined_as_he_did(joints, small_manner):
     first, second = next(
         (a, b) for a, b in small_manner.neighbours.pairs(parted=False).tolist() if matches(forms[a], forms[b])
     )
-    pairs = joints.between(first, second)
+    pairs = joints.joints_between(first, second)
     assert [forms[first].exits.index(out) for out, _ in pairs] == [i for i, _ in matches(forms[first], forms[second])]
 
 
 def test_neighbours_of_the_source_that_are_apart_stay_apart(joints, small_manner):
     forms = small_manner.forms
     apart = [(a, b) for a, b in small_manner.neighbours.pairs(parted=False).tolist() if not matches(forms[a], forms[b])]
-    assert apart and all(joints.between(a, b) == () for a, b in apart)
+    assert apart and all(joints.joints_between(a, b) == () for a, b in apart)
 
 
 def test_a_letter_that_ended_a_word_is_joined_inside_another(joints, small_hand, small_manner):
     forms = small_manner.forms
     entered = next(n for n, glyph in enumerate(small_hand.glyphs) if glyph.letter == "n" and forms[n].entries)
     joining = habits(joints, 1.0)
-    made = [(n, joining.between(n, entered)) for n in word_ends(small_hand)]
+    made = [(n, joining.joints_between(n, entered)) for n in word_ends(small_hand)]
     made = [(n, pairs) for n, pairs in made if pairs]
     assert made
     for number, ((out, into),) in made:
@@ -60,10 +60,10 @@ def test_a_hand_that_lifts_the_pen_is_not_joined(joints, small_hand, small_manne
         n for n, glyph in enumerate(small_hand.glyphs) if glyph.letter == "n" and small_manner.forms[n].entries
     )
     lifting = habits(joints, 0.0)
-    assert all(lifting.between(n, entered) == () for n in word_ends(small_hand))
+    assert all(lifting.joints_between(n, entered) == () for n in word_ends(small_hand))
 
 
 def test_signs_and_capitals_are_not_led_to(joints, small_hand):
     others = [n for n, glyph in enumerate(small_hand.glyphs) if not glyph.letter.islower()]
     ends = word_ends(small_hand)
-    assert others and all(habits(joints, 1.0).between(ends[0], n) == () for n in others)
+    assert others and all(habits(joints, 1.0).joints_between(ends[0], n) == () for n in others)

@@ -87,7 +87,7 @@ def test_a_page_of_lent_letters_teaches_no_gaps_between_words(two_pages, small_h
 
 def test_bends_that_are_kept_do_not_keep_a_hand(small_manner):
     own = replace(small_manner)
-    own.bends(np.arange(3), Chances.of(np.random.default_rng(1), 3))
+    own.bends(np.arange(3), Chances.draw(np.random.default_rng(1), 3))
     gone = ref(own)
     del own
     gc.collect()

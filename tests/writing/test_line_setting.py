@@ -37,7 +37,7 @@ def test_a_text_of_the_source_comes_back_at_its_own_places(small_hand, small_man
 
 @pytest.mark.slow
 def test_both_letters_have_the_whole_of_their_ligature(small_manner, jumbles):
-    joined, between = 0, small_manner.spacing.joints.between
+    joined, between = 0, small_manner.spacing.joints.joints_between
     for numbers, new_word in jumbles:
         _, _, graphs = whole(small_manner, numbers, new_word)
         for k in range(len(numbers) - 1):

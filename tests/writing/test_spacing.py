@@ -45,13 +45,13 @@ def test_estimates_bound_what_is_drawn():
     estimates = np.array([[0.1, 0.1, np.nan, np.nan], [0.3, np.nan, 0.2, np.nan]])
     mean, spread = np.full(4, 0.05), np.full(4, 0.02)
     rng = np.random.default_rng(3)
-    drawn = np.array([_sampled_gaps(estimates, mean, spread, Chances.of(rng, 4).gap, 1.0) for _ in range(2000)])
+    drawn = np.array([_sampled_gaps(estimates, mean, spread, Chances.draw(rng, 4).gap, 1.0) for _ in range(2000)])
     low, high = drawn.min(axis=0), drawn.max(axis=0)
     assert 0.07 < low[0] < 0.1 < 0.3 < high[0] < 0.33  # widened a little
     assert drawn[:, 0].std() == pytest.approx((high[0] - low[0]) / 12**0.5, rel=0.05)  # and uniform
     assert low[1] == pytest.approx(0.1, abs=0.003) and high[2] == pytest.approx(0.2, abs=0.003)
     assert drawn[:, 3].mean() == pytest.approx(0.05, abs=0.002) and drawn[:, 3].std() == pytest.approx(0.02, rel=0.1)
-    still = _sampled_gaps(estimates, mean, spread, Chances.of(rng, 4).gap, 0.0)
+    still = _sampled_gaps(estimates, mean, spread, Chances.draw(rng, 4).gap, 0.0)
     assert still == pytest.approx([0.2, 0.1, 0.2, 0.05])
 
 

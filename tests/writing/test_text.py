@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from handout.errors import InputError, MissingCharacters
 from handout.hand.library import load
 from handout.writing.drawn_forms import runs
-from handout.writing.text import Letter, normalise, spell, spelt, unseen
+from handout.writing.text import Letter, find_unseen, normalise, spell, spelt
 
 HAND = load("house-joined").repertoire
 
@@ -101,6 +101,6 @@ def test_a_name_that_nothing_else_names_is_not_left_out(typed):
 def test_invisible_characters_are_dropped_and_told():
     text = "a\u200eb\u202e c\u00ad\u200b 👩\u200d👧 d\u200b"
     assert not any(char in normalise(text) for char in "\u200e\u202e\u00ad\u200b\u200d")
-    assert [(each.letter, each.at) for each in unseen(text)] == [
+    assert [(each.letter, each.at) for each in find_unseen(text)] == [
         ("U+200E", (1,)), ("U+202E", (2,)), ("U+00AD", (4,)), ("U+200B", (4, 9)),
     ]  # fmt: skip

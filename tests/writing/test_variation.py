@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from handout.hand.library import load
 from handout.values import Glyph
-from handout.writing.drawn_words import LEAST_ROOM, WordWriter, missing_room, slurred
+from handout.writing.drawn_words import LEAST_ROOM, WordWriter, missing_room, slur_stroke
 from handout.writing.text import Letter
 from handout.writing.variation import LETTER_MEMORY, TREMOR, USUAL, Drift, tremor, warp
 
@@ -18,7 +18,7 @@ from handout.writing.variation import LETTER_MEMORY, TREMOR, USUAL, Drift, tremo
 @given(st.floats(0.01, 2.0), st.floats(0.0, 0.95), st.integers(0, 1000))
 def test_drift_has_its_deviation_and_its_memory(sd, memory, seed):
     drift = Drift(sd, memory, rng := np.random.default_rng(seed))
-    values = np.array([drift.next(rng) for _ in range(6000)])
+    values = np.array([drift.draw_next(rng) for _ in range(6000)])
     assert abs(values.std() / sd - 1) < 0.3
     assert abs(np.corrcoef(values[1:], values[:-1])[0, 1] - memory) < 0.1
 
@@ -66,22 +66,22 @@ def test_a_tremor_is_of_its_size_slow_and_at_rest_at_both_ends():
 
 
 def test_scaling_scales_everything():
-    assert all(value == 0 for value in astuple(USUAL.scaled(0.0)))
-    assert astuple(USUAL.scaled(2.0)) == tuple(2 * value for value in astuple(USUAL))
+    assert all(value == 0 for value in astuple(USUAL.scale_by(0.0)))
+    assert astuple(USUAL.scale_by(2.0)) == tuple(2 * value for value in astuple(USUAL))
 
 
 @given(st.integers(1, 12), st.floats(0.0, 0.3), st.integers(0, 1000))
 def test_slurring_keeps_ends_and_straight_ways_and_shrinks_the_rest(n, share, seed):
     stroke = np.random.default_rng(seed).normal(size=(n, 2))
-    short = slurred(stroke, share)
+    short = slur_stroke(stroke, share)
     assert np.array_equal(short[[0, -1]], stroke[[0, -1]])
     assert (
         np.linalg.norm(np.diff(short, axis=0), axis=1).sum()
         <= np.linalg.norm(np.diff(stroke, axis=0), axis=1).sum() + 1e-9
     )
     straight = np.linspace([0.0, 1.0], [2.0, -1.0], n)
-    assert np.allclose(slurred(straight, share), straight)
-    assert np.array_equal(slurred(stroke, 0.0), stroke)
+    assert np.allclose(slur_stroke(straight, share), straight)
+    assert np.array_equal(slur_stroke(stroke, 0.0), stroke)
 
 
 def test_letters_that_are_not_joined_keep_apart():

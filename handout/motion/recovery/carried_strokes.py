@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from handout.branching import branches
-from handout.hand.page_editor import along
+from handout.hand.page_editor import vertices_along
 from handout.motion.recovery.letter_forms import frame_of
 from handout.motion.recovery.network import WEIGHTS
 from handout.values import Array, Indices, LineGraph
@@ -64,7 +64,7 @@ def carry_strokes(graph: LineGraph, own: Indices, ways: Sequence[Array], ink: Ar
     found = []
     for way in ways:
         places = np.column_stack([way, np.ones(len(way))]) @ matrix
-        found.append(along(graph, own, places[:: max(1, len(places) // _SETTINGS.places)]))
+        found.append(vertices_along(graph, own, places[:: max(1, len(places) // _SETTINGS.places)]))
     whole = _gone_on(graph, own, found, size)
     return None if whole is None else Carried(tuple(whole), apart)
 

@@ -86,7 +86,7 @@ class StrokeOrderModel:
     def rewritten(self, before: StrokeOrderModel) -> list[int]:
         """The glyphs that are written otherwise than in the model of the same ink, though nobody said so of them."""
         letters, found = before._said_otherwise(self._hand), list[int]()
-        for number in (n for letter in sorted(letters) for n in self._hand.of(letter).tolist()):
+        for number in (n for letter in sorted(letters) for n in self._hand.numbers_of_letter(letter).tolist()):
             old, new = ([way for way, _ in model.ways_of(number)] for model in (before, self))
             if not self._hand.glyphs[number].ways and not _are_same(old, new):
                 found.append(number)
@@ -144,7 +144,7 @@ class StrokeOrderModel:
 
     def _pool(self, letter: str) -> tuple[int, ...]:
         """The first instances of a letter."""
-        numbers = self._hand.of(letter).tolist()
+        numbers = self._hand.numbers_of_letter(letter).tolist()
         # those of which a person said how they were written tell most
         return tuple(sorted(numbers, key=lambda number: not self._hand.glyphs[number].ways)[:POOL])
 

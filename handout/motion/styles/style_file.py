@@ -117,7 +117,7 @@ def load(path: Path, data: bytes | None = None) -> tuple[dict[str, Any], Learned
             primers[name] = MovementSequence(rows[:, :2], rows[1:, 2] > 0, rows[1:, 3], rows[1:, 4])
         moves = DynamicsModel(parameters, head.inputs, mean, spread, told_mean, told_spread)
         model = LearnedMovement(moves, structure, primers)
-        text = file.read("style.toml")
+        text = file.read_part("style.toml")
         try:
             return parse_table(text.decode()), model
         except ValueError as error:

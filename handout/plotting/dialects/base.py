@@ -49,7 +49,7 @@ class Conversation(ABC, Generic[Reply]):
         return self._reader.time
 
     @property
-    def since(self) -> float:
+    def earliest_arrival(self) -> float:
         """When what it has said last had certainly not come in yet, s by the port's clock."""
         return self._reader.since
 
@@ -81,7 +81,7 @@ class Conversation(ABC, Generic[Reply]):
         return min(GLANCE, self.timeout / 2)
 
 
-def unanswered(seconds: str) -> DeviceSilent:
+def silence_error(seconds: str) -> DeviceSilent:
     """The error of a machine that has been silent for too long."""
     return DeviceSilent(
         f"The plotter has not answered for {seconds} s: check its cable and its power, and that it moves freely."
@@ -133,9 +133,9 @@ class BaseController(Controller):
         return self._proven
 
     @property
-    def since(self) -> float:
+    def earliest_arrival(self) -> float:
         """When it was listened to before, s by the port's clock."""
-        return self.conversation.since
+        return self.conversation.earliest_arrival
 
     @property
     def patience(self) -> float:
@@ -146,7 +146,7 @@ class BaseController(Controller):
     def patience(self, seconds: float) -> None:
         self.conversation.patience = seconds
 
-    def pressed(self) -> bool:
+    def was_button_pressed(self) -> bool:
         """Never, without a button."""
         return False
 

@@ -84,7 +84,7 @@ class Program(ABC):
         down: bool | None = None
         for index, block in enumerate(self.blocks):
             if isinstance(block, PenBlock):
-                lowered = pen_lift.lowered(self.profile.pen, block.value)
+                lowered = pen_lift.lower_to(self.profile.pen, block.value)
                 told = self.move_pen(block.down, lowered) if block.down != down else []
                 down = block.down
             elif isinstance(block, Pause):

@@ -178,15 +178,15 @@ def draw(
             monitor.log("The page is turned to fit the bed: its top edge lies to the left.")
         if (warning := bed.beyond_paper(plan.drawing)) is not None:
             monitor.log(warning)
-        for sentence in hooking.said([plan.drawing], plan.profile):
+        for sentence in hooking.tell_hooks([plan.drawing], plan.profile):
             monitor.log(sentence)
         if instrumented is not None:
             instrumented.lay(plan.drawing.page, plan.placement)
-    stream = _Stream(plan, controller, monitor, port, instrumented)
+    stream = _CommandStream(plan, controller, monitor, port, instrumented)
     before = time.monotonic() if instrumented is None else instrumented.executed_s
     try:
         with halting(controller), _few_garbage():
-            stream.run()
+            stream.send_all()
     except BaseException as error:
         stream.note()  # what had come to rest by then; or less than before, where it says that something was damaged
         if not isinstance(error, DeviceError):
@@ -216,7 +216,7 @@ def _few_garbage() -> Iterator[None]:
         gc.unfreeze()
 
 
-class _Stream:
+class _CommandStream:
     """A program under way."""
 
     def __init__(
@@ -238,7 +238,7 @@ class _Stream:
         self._told = 0.0
         self._strokes = _strokes(plan)[np.array([command.done for command in self.commands])]
 
-    def run(self) -> None:
+    def send_all(self) -> None:
         """Send all commands, and wait until the last has been executed."""
         for number, command in enumerate(self.commands):
             while not self.guard.ready(number, max(self._counts[2], 0)):
@@ -281,7 +281,9 @@ class _Stream:
     def _listen(self, report: StateReport) -> None:
         """Note what it says when it says it: by the time that a command is sent it may be old."""
         machine, first = self.controller, self._before
-        self.observer.note(self._clock(), report.executed - first, report.place, machine.since, machine.sent - first)
+        self.observer.note(
+            self._clock(), report.executed - first, report.place, machine.earliest_arrival, machine.sent - first
+        )
         taken, queued = report.taken - first, report.queued
         filled = taken - self.plan.profile.port.queue
         if queued is None or filled < 1 or taken >= len(self.commands) or not self.guard.draws(taken):
@@ -297,13 +299,15 @@ def _strokes(plan: Plan) -> Array:
     return np.array([-1, *(drawn[row] if block is None else -1 for block, row in plan.toolpath.instructions)])
 
 
-def _report(stream: _Stream, instrumented: InstrumentedPort | None, before: float, fresh: bool) -> PlotReport:
+def _report(stream: _CommandStream, instrumented: InstrumentedPort | None, before: float, fresh: bool) -> PlotReport:
     plan, stretched = stream.plan, stream.plan.stretched
     observation = stream.observer.observation(stream.controller.silent)
     if instrumented is not None:
         executed_s = instrumented.executed_s - (0.0 if fresh else before)
         if fresh:
-            stretched = fidelity.stretched(plan.intended(), hooking.without_pots(instrumented.executed(), plan.profile))
+            stretched = fidelity.measure_stretch(
+                plan.intended_drawing(), hooking.without_pots(instrumented.executed_drawing(), plan.profile)
+            )
     else:
         executed_s = time.monotonic() - before
         stretched = stretched if observation.unknown else observation.stretched
@@ -318,5 +322,5 @@ def _report(stream: _Stream, instrumented: InstrumentedPort | None, before: floa
         observation=observation,
         plan=plan,
         dips=plan.dips,
-        hooked_s=plan.hooked,
+        hooked_s=plan.hook_time,
     )

@@ -52,17 +52,21 @@ def compare(intended: Drawing, executed: Drawing) -> Fidelity:
     want, have = (np.concatenate(column) for column in zip(*places, strict=True))
     deviation = max(deviation_of(a, b) for a, b in pairs)
     return Fidelity(
-        deviation, _correlation(want, have), _rms(want, have), *_timed(moving), stretched(intended, executed)
+        deviation,
+        _correlation(want, have),
+        _rms(want, have),
+        *_compare_speeds(moving),
+        measure_stretch(intended, executed),
     )
 
 
-def timed(intended: Drawing, executed: Drawing) -> float | None:
+def measure_timing(intended: Drawing, executed: Drawing) -> float | None:
     """`Fidelity.timed` alone; None if no stroke is long enough to have a speed."""
     moving = [pair for pair in zip(intended.strokes, executed.strokes, strict=True) if comparable(*pair)]
-    return _timed(moving)[0] if moving else None
+    return _compare_speeds(moving)[0] if moving else None
 
 
-def stretched(intended: Drawing, executed: Drawing) -> float:
+def measure_stretch(intended: Drawing, executed: Drawing) -> float:
     """Time the strokes took over the time they were meant to take; dots do not count."""
     planned, executed_time = times(intended, executed)
     return executed_time / planned if planned > 0 else 1.0
@@ -89,10 +93,10 @@ def deviation_of(a: Stroke, b: Stroke) -> float:
 
     It is never less than the Hausdorff distance of the two paths.
     """
-    return max(_away(a.xy, b.xy), _away(b.xy, a.xy))
+    return max(_measure_distance(a.xy, b.xy), _measure_distance(b.xy, a.xy))
 
 
-def _away(path: Array, other: Array) -> float:
+def _measure_distance(path: Array, other: Array) -> float:
     """Greatest distance of a point on one path from where the other is at about the same share of its length."""
     points, at = _dense(path, 0.1)
     along = along_path(other)
@@ -165,7 +169,7 @@ def _match(xy: Array, guess: Array, path: Array) -> Array:
     return np.asarray(np.maximum.accumulate(np.clip(guess + mean, 0.0, at[-1])))
 
 
-def _timed(moving: list[tuple[Stroke, Stroke]]) -> tuple[float, float]:
+def _compare_speeds(moving: list[tuple[Stroke, Stroke]]) -> tuple[float, float]:
     """Correlation and rms, as a share of the peak, of the speeds at the same times, at the best lag of all."""
     wanted, executed = [], []  # at equal steps of time, (n,); at the same times and every lag, (n, lags)
     for a, b in moving:

@@ -25,7 +25,6 @@ from numpy.typing import NDArray
 from handout.plotting.dialect import Command
 from handout.plotting.driving import fidelity
 from handout.plotting.planning.plan import Plan
-from handout.plotting.planning.toolpath import Toolpath
 from handout.values import Array, Drawing
 
 REST = 0.02  # s; a shorter stop leaves no more ink than a sharp corner
@@ -133,7 +132,7 @@ class Observer:
         if not (self._answers and toolpath.draws.any()):
             return Observation("The strokes are too short for the plotter's answers.")
         since, time = (np.array([getattr(answer, name) for answer in self._answers]) for name in ("since", "time"))
-        stroke, low, high = self._reached()
+        stroke, low, high = self._match_answers()
         drawn = stroke >= 0
         if np.count_nonzero(drawn) < _MANY:
             return Observation("The strokes are too short for the plotter's answers.")
@@ -141,7 +140,9 @@ class Observer:
         apart, lost, unsure = list[Array](), list[Array](), 0.0
         for number in np.unique(stroke[drawn]).tolist():
             within = np.flatnonzero(stroke == number)
-            at = np.arange(within[0], _next(stroke, within[-1]))  # answers up to the next stroke bound the delay too
+            later = np.flatnonzero(stroke[within[-1] + 1 :] >= 0)
+            # answers up to the next stroke bound the delay too
+            at = np.arange(within[0], within[-1] + 1 + later[0] if len(later) else len(stroke))
             most = np.minimum.accumulate((time[at] - low[at])[::-1])[::-1][within - within[0]]
             drawn_rows = np.flatnonzero(toolpath.draws & (toolpath.stroke == number))
             end = float(plan.starts[drawn_rows[-1]] + plan.motion.duration[drawn_rows[-1]])
@@ -156,15 +157,15 @@ class Observer:
         usual = float(np.percentile(np.append(np.concatenate(lost), 0.0), _USUAL))
         shortest = max(REST, _UNUSUAL * usual, unsure)
         rests = [rest for number, delay in delays.items() for rest in self._rests(number, *delay, shortest)]
-        every, intended, executed = np.concatenate(apart), self.plan.intended(), self._drawing(delays)
-        correlation, other = (fidelity.timed(intended, one) for one in (executed, self._drawing(bounds)))
+        every, intended, executed = np.concatenate(apart), self.plan.intended_drawing(), self._drawing(delays)
+        correlation, other = (fidelity.measure_timing(intended, one) for one in (executed, self._drawing(bounds)))
         return Observation(
             rests=tuple(rests),
             least_s=shortest,
             every_s=float(np.median(every)) if every.size else 0.0,
             correlation=correlation,
             least_correlation=None if correlation is None or other is None else min(correlation, other),
-            stretched=fidelity.stretched(intended, executed),
+            stretched=fidelity.measure_stretch(intended, executed),
             executed=executed,
         )
 
@@ -186,7 +187,7 @@ class Observer:
             last = at
         return [rest for rest in rests if rest.seconds > least]
 
-    def _reached(self) -> tuple[NDArray[np.intp], Array, Array]:
+    def _match_answers(self) -> tuple[NDArray[np.intp], Array, Array]:
         """For every answer the stroke being drawn, −1 for none, and the plan's times between which it was, s."""
         plan, toolpath = self.plan, self.plan.toolpath
         rows = np.array([row if block is None else -1 for block, row in toolpath.instructions])
@@ -198,7 +199,11 @@ class Observer:
         begins = np.append(plan.begins, plan.duration)
         low = np.where(row >= 0, plan.starts[row], begins[np.minimum(block, len(rows))])
         high = np.maximum(begins[np.minimum(ahead, len(rows))], low)
-        behind, left = _along(toolpath)
+        length = np.hypot(*np.diff(toolpath.points[:, :2], axis=0).T)
+        # mm: length of the path before each move and in all (n + 1,); from each move's start to its stroke's end (n,)
+        behind = np.append(0.0, np.cumsum(length))
+        last = np.append(np.flatnonzero(np.diff(toolpath.stroke) != 0), len(toolpath.kind) - 1)
+        left = behind[last + 1][np.searchsorted(last, np.arange(len(toolpath.kind)))] - behind[:-1]
         delay, before = -np.inf, -1  # that it has at least, of the stroke of the answer before
         for at in np.flatnonzero(stroke >= 0).tolist():
             answer = self._answers[at]
@@ -234,22 +239,22 @@ class Observer:
         gone = np.clip(((place - begin) * (end - begin)).sum(axis=1) / length, 0.0, length)
         off = np.hypot(*(begin + (gone / length)[:, None] * (end - begin) - place).T)
         near = [(int(rows[at]), float(gone[at])) for at in np.flatnonzero(off <= _NEAR)] or [(row, 0.0)]
-        near = [at for at in near if float(plan.starts[at[0]]) + self._since(*at) <= most] or near[:1]
+        near = [at for at in near if float(plan.starts[at[0]]) + self._time_to_reach(*at) <= most] or near[:1]
         span = behind[row], behind[rows[-1] + 1]
         times = []
         for (move, come), way in ((near[0], -_NEAR), (near[-1], _NEAR)):
             along = float(np.clip(behind[move] + come + way, *span))
             move = int(np.clip(np.searchsorted(behind, along, side="right") - 1, row, rows[-1]))
-            times.append(float(plan.starts[move]) + self._since(move, along - float(behind[move])))
+            times.append(float(plan.starts[move]) + self._time_to_reach(move, along - float(behind[move])))
         return near[-1], times[0], times[1]
 
-    def _since(self, row: int, gone: float) -> float:
+    def _time_to_reach(self, row: int, gone: float) -> float:
         """Time from the beginning of a move until it has gone so far, s."""
         t = np.linspace(0.0, float(self.plan.motion.duration[row]), _FINE)
-        return float(np.interp(gone, self.plan.motion.travelled(np.full(_FINE, row), t), t))
+        return float(np.interp(gone, self.plan.motion.distance_travelled(np.full(_FINE, row), t), t))
 
     def _drawing(self, delays: dict[int, tuple[Array, Array]]) -> Drawing:
-        predicted = self.plan.predicted()
+        predicted = self.plan.predicted_drawing()
         strokes = list(predicted.strokes)
         for number, (where, delay) in delays.items():
             stroke = strokes[number]
@@ -267,17 +272,3 @@ def _least_delay(least: Array, most: Array) -> Array:
         beside = _BESIDE if grown > (_JOINED * REST if beside > 0 else REST) else beside - 1
         delay[at] = most[at] if grown > 0.0 and beside > 0 else must
     return delay
-
-
-def _along(toolpath: Toolpath) -> tuple[Array, Array]:
-    """mm: length of the path before each move and in all (n + 1,); from each move's start to its stroke's end (n,)."""
-    length = np.hypot(*np.diff(toolpath.points[:, :2], axis=0).T)
-    behind = np.append(0.0, np.cumsum(length))
-    last = np.append(np.flatnonzero(np.diff(toolpath.stroke) != 0), len(toolpath.kind) - 1)
-    return behind, np.asarray(behind[last + 1][np.searchsorted(last, np.arange(len(toolpath.kind)))] - behind[:-1])
-
-
-def _next(stroke: NDArray[np.intp], last: int) -> int:
-    """Index of the first answer of the next stroke."""
-    later = np.flatnonzero(stroke[last + 1 :] >= 0)
-    return last + 1 + int(later[0]) if len(later) else len(stroke)

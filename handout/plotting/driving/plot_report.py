@@ -54,7 +54,7 @@ def row(
         rested_s : in all; least_rest_s : shorter ones may not have been noticed; all None if that is not known.
         deviation_mm : greatest distance of the paths; stretched_at : strokes in which time was stretched, and how far.
     """
-    intended, done = plan.intended(), plan.predicted() if executed is None else executed
+    intended, done = plan.intended_drawing(), plan.predicted_drawing() if executed is None else executed
     segments = int(np.count_nonzero(plan.toolpath.draws))
     took = float(plan.motion.duration[plan.toolpath.draws].sum())
     if min_queue is None:
@@ -100,7 +100,7 @@ def _likeness(intended: Drawing, executed: Drawing) -> Row:
     }
 
 
-def plotted(report: PlotReport, port: Port, page: int) -> Row:
+def tell_plotted_page(report: PlotReport, port: Port, page: int) -> Row:
     """What is to be said of a page that has just been plotted.
 
     What a simulated plotter drew is known; what a real one did, as far as its answers tell; of one that says nothing,
@@ -109,7 +109,7 @@ def plotted(report: PlotReport, port: Port, page: int) -> Row:
     assert report.plan is not None
     executed, many = report.observation.executed, len(report.plan.drawing.strokes)
     if isinstance(port, InstrumentedPort):
-        executed, sheet = None, hooking.without_pots(port.executed(), report.plan.profile)
+        executed, sheet = None, hooking.without_pots(port.executed_drawing(), report.plan.profile)
         if len(sheet.strokes) >= many:  # what was drawn on the same sheet before comes first
             executed = Drawing(sheet.strokes[-many:], sheet.page)
     return row(report.plan, page, executed=executed, min_queue=report.min_queue, observation=report.observation)
@@ -197,25 +197,25 @@ def stretches(intended: Drawing, executed: Drawing) -> list[Row]:
 def whole(rows: Sequence[Row]) -> Row:
     """The report of all pages: the same keys, of the worst page or in all, and the rows themselves as `pages`."""
 
-    def known(key: str) -> list[Any]:
+    def list_known(key: str) -> list[Any]:
         return [row[key] for row in rows if row[key] is not None]
 
     def total(key: str) -> float:
         return float(sum(row[key] for row in rows))
 
     intended, executed = total("intended_s"), total("executed_s")
-    rested = len(known("rests")) == len(rows) > 0
+    rested = len(list_known("rests")) == len(rows) > 0
     return {
         "measured": all(row["measured"] for row in rows),
-        "correlation": min(known("correlation"), default=None),
-        "rms_of_peak": max(known("rms_of_peak"), default=None),
+        "correlation": min(list_known("correlation"), default=None),
+        "rms_of_peak": max(list_known("rms_of_peak"), default=None),
         "intended_s": round(intended, 3),
         "executed_s": round(executed, 3),
         "stretched": round(executed / intended, 5) if intended > 0 else 1.0,
         "announced_s": round(total("announced_s"), 3),
         "segments": sum(row["segments"] for row in rows),
-        "min_queue": min(known("min_queue"), default=None),
-        "rests": sum(map(len, known("rests"))) if rested else None,
+        "min_queue": min(list_known("min_queue"), default=None),
+        "rests": sum(map(len, list_known("rests"))) if rested else None,
         "rested_s": round(total("rested_s"), 3) if rested else None,
         "pages": list(rows),
     }

@@ -104,7 +104,7 @@ class PlotJob:
 
     def standing(self) -> JobProgress:
         """How far it has come."""
-        return journal.read(self.folder / JOURNAL)
+        return journal.read_progress(self.folder / JOURNAL)
 
     def open(self) -> PlotJournal:
         """Its journal, locked against other programs."""
@@ -114,7 +114,7 @@ class PlotJob:
         """What a part draws, read from the disk."""
         part = self.parts[number]
         try:
-            page = pages.read(self.folder, part.page)
+            page = pages.read_drawing(self.folder, part.page)
         except InputError as error:
             raise InputError(f"The job {self.name} cannot be gone on with: {error}") from error
         return dataclasses.replace(page, strokes=page.strokes[part.first : part.stop])

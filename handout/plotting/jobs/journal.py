@@ -76,16 +76,16 @@ class JobProgress:
     uncertain: bool = False
 
 
-def read(path: Path) -> JobProgress:
+def read_progress(path: Path) -> JobProgress:
     """How far a job has come; InputError if its journal cannot be read."""
     return _standing(journal_lines.read_lines(path))
 
 
 def _standing(lines: Iterable[str | Damage]) -> JobProgress:
-    return functools.reduce(_after, lines, JobProgress())
+    return functools.reduce(_advance_progress, lines, JobProgress())
 
 
-def _after(standing: JobProgress, line: str | Damage) -> JobProgress:
+def _advance_progress(standing: JobProgress, line: str | Damage) -> JobProgress:
     """The standing after a line."""
     if isinstance(line, Damage):
         first = standing.damaged or line.line
@@ -158,12 +158,12 @@ class PlotJournal:
         self._write(f"part {part}")
         self.sync()
 
-    def opened(self) -> None:
+    def note_opened(self) -> None:
         """What comes before the page is done."""
         if not self.standing.opened:
             self._write("opened")
 
-    def drawn(self, place: DrawnPlace, proven: bool = True) -> None:
+    def note_drawn(self, place: DrawnPlace, proven: bool = True) -> None:
         """The part under way is certainly drawn up to a place, and whether that is proven right."""
         if place != (self.standing.proven if proven else self.standing.place):
             more = "" if proven else f" {_UNPROVEN}"
@@ -185,7 +185,7 @@ class PlotJournal:
 
     def secure(self) -> Future[None]:
         """Begin to put all lines on the disk; the future ends when they would survive a power cut, or with an error."""
-        return self._disk.submit(self._put, True)
+        return self._disk.submit(self._write_waiting, True)
 
     def sync(self) -> None:
         """Wait until all lines are on the disk."""
@@ -203,15 +203,15 @@ class PlotJournal:
                 many -= 1
             others = [other for other in self._waiting[many:] if _kind(other) != _kind(line)]
             self._waiting = [*self._waiting[:many], *others, line]
-            self.standing = _after(self.standing, line)
+            self.standing = _advance_progress(self.standing, line)
         if self._asked is None or self._asked.done():
-            self._asked = self._disk.submit(self._put, False)
+            self._asked = self._disk.submit(self._write_waiting, False)
 
     def _check(self) -> None:
         if self._failed is not None:
             raise journal_lines.cannot("write", self.path, self._failed) from self._failed
 
-    def _put(self, sync: bool) -> None:
+    def _write_waiting(self, sync: bool) -> None:
         """Write the waiting lines and flush them to the disk (in the thread)."""
         self._check()
         with self._lock:

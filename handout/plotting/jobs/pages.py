@@ -18,7 +18,7 @@ import numpy as np
 from handout import atomic
 from handout.errors import InputError
 from handout.plotting import bed
-from handout.plotting.jobs.parts import Layers, PageLayer, arranged, survey
+from handout.plotting.jobs.parts import Layers, PageLayer, arrange_layers, survey
 from handout.plotting.planning.hooking import part_strokes
 from handout.plotting.planning.order import shorten_travel
 from handout.plotting.planning.plan import Order
@@ -72,7 +72,7 @@ def keep(page: NewPage, folder: Path, number: int, profile: Plotter, layers: Lay
 def laid_out(drawing: Drawing, profile: Plotter, layers: Layers, order: Order) -> Drawing:
     """The drawing with its strokes as a job draws them: layer after layer, each by itself, and none with more ink than
     the pen has between two dips."""
-    drawing = part_strokes(arranged(drawing, layers), profile.hooks.dip_every)
+    drawing = part_strokes(arrange_layers(drawing, layers), profile.hooks.dip_every)
     if order == "writing" or not drawing.strokes:
         return drawing
     home = bed.place(drawing.page, profile).to_page(np.zeros((1, 2)))[0]
@@ -107,7 +107,7 @@ def records(folder: Path) -> list[Record]:
     raise AssertionError
 
 
-def read(folder: Path, number: int) -> Drawing:
+def read_drawing(folder: Path, number: int) -> Drawing:
     """The drawing of a page.
 
     Raises

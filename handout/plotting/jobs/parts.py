@@ -49,7 +49,7 @@ def layer_of(stroke: Stroke, layers: Layers) -> str:
     return {"none": "", "name": stroke.layer, "colour": stroke.colour}[layers]
 
 
-def arranged(drawing: Drawing, layers: Layers) -> Drawing:
+def arrange_layers(drawing: Drawing, layers: Layers) -> Drawing:
     """The drawing with its strokes layer after layer, in the order in which the layers first occur."""
     if layers == "none":
         return drawing
@@ -105,11 +105,11 @@ def parts(pages: Sequence[Sequence[PageLayer]], copies: int = 1, every: float | 
             if every is None:
                 in_order.append(PlotPart(page, copy, layer.name, layer.first, layer.ends[-1], sum(layer.ink)))
             else:
-                in_order += _divided(page, copy, layer, every, used)
+                in_order += _divide_layer(page, copy, layer, every, used)
     return in_order
 
 
-def _divided(page: int, copy: int, layer: PageLayer, every: float, used: dict[str, float]) -> Iterator[PlotPart]:
+def _divide_layer(page: int, copy: int, layer: PageLayer, every: float, used: dict[str, float]) -> Iterator[PlotPart]:
     """One layer, cut where its pen has drawn enough."""
     first, ink, checked = layer.first, 0.0, 0.0
     before = used.get(layer.name, 0.0)
@@ -124,7 +124,7 @@ def _divided(page: int, copy: int, layer: PageLayer, every: float, used: dict[st
     yield PlotPart(page, copy, layer.name, first, begin, ink, checked)
 
 
-def asked(before: PlotPart | None, part: PlotPart, pages: int, layers: Sequence[str]) -> list[str]:
+def list_requests(before: PlotPart | None, part: PlotPart, pages: int, layers: Sequence[str]) -> list[str]:
     """What a person has to do before a part, each as one request.
 
     Parameters
@@ -137,12 +137,12 @@ def asked(before: PlotPart | None, part: PlotPart, pages: int, layers: Sequence[
     if before is not None and (before.copy, before.page) != (part.copy, part.page):
         requests.append(f"Put in sheet {part.copy * pages + part.page + 1}")
     if len(layers) > 1 and (before is None or before.layer != part.layer):
-        requests.append(f"Put in the pen for {named(part.layer)}")
+        requests.append(f"Put in the pen for {name_layer(part.layer)}")
     if part.checked:
         requests.append(f"The pen has drawn {part.checked / 1000:.1f} m: check it")
     return requests
 
 
-def named(layer: str) -> str:
+def name_layer(layer: str) -> str:
     """A layer as it is called in a sentence."""
     return f"layer {layer!r}" if layer else "what is in no layer"

@@ -59,7 +59,7 @@ class Milestones:
         stroke = np.searchsorted(complete, at, side="right")
         last = np.maximum.accumulate(np.where(drawn, at, -1))
         under_way = (last >= 0) & (toolpath.stroke[rows[last]] == stroke)
-        time = np.where(under_way, _reached(plan)[rows[last]], -np.inf)
+        time = np.where(under_way, _end_times(plan)[rows[last]], -np.inf)
         length = np.where(drawn, np.hypot(*np.diff(toolpath.points[:, :2], axis=0).T)[rows], 0.0)
         self.stroke, self.time = np.append(0, stroke), np.append(-np.inf, time)
         self.ink = np.append(0.0, np.cumsum(length))
@@ -74,7 +74,7 @@ def place(plan: Plan, done: int) -> DrawnPlace:
     return Milestones(plan).place(done)
 
 
-def _reached(plan: Plan) -> Array:
+def _end_times(plan: Plan) -> Array:
     """(n,) float, s: for every drawn move of the toolpath, the time in the drawing at which it ends."""
     draws, stroke = plan.toolpath.draws, plan.toolpath.stroke
     planned = np.where(draws, np.maximum(plan.target_time, 0.0), 0.0)
@@ -87,7 +87,7 @@ def _reached(plan: Plan) -> Array:
     return np.asarray(np.where(share > 1.0 - 1e-9, ends[stroke], begins[stroke] + share * (ends - begins)[stroke]))
 
 
-def drawn(drawing: Drawing, place: DrawnPlace) -> Drawing:
+def take_drawn(drawing: Drawing, place: DrawnPlace) -> Drawing:
     """The part of a drawing that lies before a place."""
     whole, time = drawing.strokes[: place.stroke], place.time
     for stroke in drawing.strokes[place.stroke : place.stroke + 1]:
@@ -119,7 +119,7 @@ _CLEARLY = 0.03  # mm by which it must be nearer to a later place, for way and l
 _PAST = 0.03  # mm by which the line has left a place when that is behind it
 
 
-def found(
+def find_place(
     drawing: Drawing,
     certain: DrawnPlace,
     at: Array,
@@ -182,7 +182,7 @@ def _ways(
         if len(stroke.t) == 1:
             yield DrawnPlace(number), stroke.xy[0], stroke.xy[0], np.inf
         before = stroke.xy[-1]
-    if zero is not None and (done := drawn(drawing, certain).strokes):  # it may have been on its way back
+    if zero is not None and (done := take_drawn(drawing, certain).strokes):  # it may have been on its way back
         yield from _travels(certain, done[-1].xy[-1], zero, detours)
 
 

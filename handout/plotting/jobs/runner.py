@@ -28,8 +28,8 @@ from handout.plotting.jobs import store
 from handout.plotting.jobs.job import PlotJob, load
 from handout.plotting.jobs.journal import PlotJournal
 from handout.plotting.jobs.page_producer import PageProducer
-from handout.plotting.jobs.parts import PlotPart, asked
-from handout.plotting.jobs.places import START, DrawnPlace, Milestones, found, onward, remaining
+from handout.plotting.jobs.parts import PlotPart, list_requests
+from handout.plotting.jobs.places import START, DrawnPlace, Milestones, find_place, onward, remaining
 from handout.plotting.planning import hooking
 from handout.plotting.planning.plan import Plan
 from handout.plotting.planning.planner import plan
@@ -113,7 +113,7 @@ def run_job(
         be made.
     """
     with job.open() as journal:
-        run = _Run(job, journal, supply, person, progress, plotted, log or (lambda _: None), options.reached)
+        run = _JobRun(job, journal, supply, person, progress, plotted, log or (lambda _: None), options.reached)
         at_zero = options.at_zero
         run.ask_to_look()
         while not run.is_done():
@@ -144,7 +144,7 @@ def doubt(job: PlotJob) -> str:
     )
 
 
-class _Run:
+class _JobRun:
     """One program's work on a job."""
 
     def __init__(
@@ -174,10 +174,10 @@ class _Run:
         journal = self.journal
         if journal.standing.finished:
             return True
-        part = self._next()
+        part = self._take_next_part()
         if part is not None and journal.standing.begun and not self._is_left(journal.standing.part):
             journal.complete()
-            part = self._next()
+            part = self._take_next_part()
         if part is None:
             journal.finish()
         return part is None
@@ -194,7 +194,7 @@ class _Run:
         begins = pages[0] != pages[1] and not self.journal.standing.opened
         return begins and self.journal.standing.place == START, pages[1] != pages[2]
 
-    def _next(self) -> PlotPart | None:
+    def _take_next_part(self) -> PlotPart | None:
         """The part under way or the next one, waiting until its page is made; None after the last."""
         number, waited = self.journal.standing.part, False
         if number >= len(self.job.parts) and not self.job.whole:
@@ -227,7 +227,7 @@ class _Run:
 
     def _parts(self, port: Port, patience: float) -> None:
         journal = self.journal
-        while (part := self._next()) is not None:
+        while (part := self._take_next_part()) is not None:
             trouble = "" if self.supply is None or self._warned else self.supply.trouble()
             if trouble:  # a page will be missing
                 self._warned = True
@@ -238,7 +238,7 @@ class _Run:
                 before is None or (before.copy, before.page) != (part.copy, part.page)
             )
             if not journal.standing.begun:
-                for request in asked(before, part, self.job.pages, self.job.layers):
+                for request in list_requests(before, part, self.job.pages, self.job.layers):
                     self.person.do(request)
                 journal.begin(number)
             self._draw_with_pauses(number, port, fresh, patience)
@@ -252,7 +252,7 @@ class _Run:
                 self._draw(number, self.controller, port, fresh)
                 return
             except ButtonPressed:
-                self.person.paused(_for_a_while(self.controller.pressed, patience))
+                self.person.paused(_for_a_while(self.controller.was_button_pressed, patience))
             if not self._is_left(number):
                 return
             fresh = False
@@ -308,11 +308,11 @@ class _Run:
         held = dialect(self.job.profile.dialect).in_hand * float(self.job.profile.limits.draw_speed)
         reach = _REACH * max(self.job.options.overlap, held) + _WRITTEN
         drawn = standing.place if begun else DrawnPlace(len(whole.strokes))
-        place = found(whole, drawn, xy, reach, zero, detours)
+        place = find_place(whole, drawn, xy, reach, zero, detours)
         if place is not None and standing.begun:
-            self.journal.drawn(place)
+            self.journal.note_drawn(place)
         # farther on its way, where a slow disk let it be sent more: its zero is known, what is drawn is not
-        elif place is None and found(whole, drawn, xy, _FARTHER * reach, zero, detours) is None:
+        elif place is None and find_place(whole, drawn, xy, _FARTHER * reach, zero, detours) is None:
             x, y = xy
             self.log(
                 f"The plotter says that its pen is at {x:.1f}, {y:.1f} mm of the page, where this plot has not led it: "
@@ -338,7 +338,7 @@ class _Run:
         monitor = Monitor(
             progress=self._progress(number, planned, keeper),
             watch=keeper.note,
-            proved=keeper.proved,
+            proved=keeper.note_proved,
             secure=keeper.secure,
             overlap=job.options.overlap,
             log=self.log,
@@ -384,7 +384,7 @@ def _for_a_while(pressed: Callable[[], bool], patience: float) -> Callable[[], b
     """Whether a button is pressed, for so many seconds; DeviceAlarm when nobody has come."""
     waited = 0.0
 
-    def looked() -> bool:
+    def see_place() -> bool:
         nonlocal waited
         waited += BUTTON_LOOK
         if waited > patience:
@@ -394,7 +394,7 @@ def _for_a_while(pressed: Callable[[], bool], patience: float) -> Callable[[], b
             )
         return pressed()
 
-    return looked
+    return see_place
 
 
 class _Keeper:
@@ -404,17 +404,17 @@ class _Keeper:
         self.journal, self.whole, self.left = journal, whole, left
         self.start, self.reached = journal.standing.place, Milestones(plan)
         self._done = self._written = self._proven = self._sure = 0
-        self._opened = plan.opened
+        self._opened = plan.opening_count
 
     def note(self, sent: int, taken: int, executed: int, done: int) -> None:
         """So many commands are certainly drawn; written to the journal at intervals."""
         self._done = done
         if 0 < self._opened <= done:
-            self.journal.opened()
+            self.journal.note_opened()
         if self.reached.ink[done] - self.reached.ink[self._written] >= _WRITTEN:
             self.write()
 
-    def proved(self, done: int) -> None:
+    def note_proved(self, done: int) -> None:
         """So many commands are proven right."""
         self._proven = done
         if self.reached.ink[done] - self.reached.ink[self._sure] >= _WRITTEN:
@@ -428,9 +428,9 @@ class _Keeper:
     def write(self) -> None:
         """Write down what was noted last."""
         self._written, self._sure = self._done, self._proven
-        self.journal.drawn(self._place(min(self._proven, self._done)))
+        self.journal.note_drawn(self._place(min(self._proven, self._done)))
         if self._proven < self._done:
-            self.journal.drawn(self._place(self._done), proven=False)
+            self.journal.note_drawn(self._place(self._done), proven=False)
 
     def _place(self, done: int) -> DrawnPlace:
         return onward(self.start, self.left, self.whole, self.reached.place(done))

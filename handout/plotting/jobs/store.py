@@ -170,7 +170,7 @@ def find(name: str | None = None, place: Path | None = None, *, unfinished: bool
             if not (unfinished and job.standing().finished):
                 return job
         raise InputError("There is nothing to resume: no plot was broken off." if unfinished else "No plot is kept.")
-    jobs = every(place)
+    jobs = list_kept_jobs(place)
     match = next((job for job in jobs if job.name == name), None)
     if match is not None:
         return match
@@ -179,7 +179,7 @@ def find(name: str | None = None, place: Path | None = None, *, unfinished: bool
     raise InputError(f"There is no job {name!r}; {hint}.")
 
 
-def every(place: Path | None = None) -> list[PlotJob]:
+def list_kept_jobs(place: Path | None = None) -> list[PlotJob]:
     """All jobs that can be read, the oldest first."""
     base, jobs = place or folder(), []
     for path in base.iterdir() if base.is_dir() else []:
@@ -191,7 +191,7 @@ def every(place: Path | None = None) -> list[PlotJob]:
 
 def prune(place: Path | None = None, keep: int = _KEPT) -> None:
     """Delete all but the newest finished jobs; what is not finished stays."""
-    for job in [job for job in every(place) if _is_finished(job)][: -keep or None]:
+    for job in [job for job in list_kept_jobs(place) if _is_finished(job)][: -keep or None]:
         shutil.rmtree(job.folder, ignore_errors=True)
 
 
@@ -226,7 +226,7 @@ def drawn_before(name: str | None = None, place: Path | None = None) -> PlotJob:
 def _by_use(place: Path | None) -> list[PlotJob]:
     """All jobs, the one that was drawn last at the end; one that another program deletes meanwhile is none."""
     used = []
-    for job in every(place):
+    for job in list_kept_jobs(place):
         with contextlib.suppress(OSError):
             used.append(((job.folder / JOURNAL).stat().st_mtime, job))
     return [job for _, job in sorted(used, key=lambda each: each[0])]

@@ -74,12 +74,12 @@ def pieces(
         raise InputError("--from and --from-word (--to and --to-word) are two ways to say one thing: give one of them.")
     words = [word for sheet in _sheets(sheets, len(pages)) for word in _words(pages[sheet], sheet)]
 
-    def marked(text: str) -> tuple[float, Array]:
+    def read_mark(text: str) -> tuple[float, Array]:
         return _marks(text, words, pages, profile, speed)
 
-    first, last = _find_first(begin, from_word, words, marked), len(words) - 1
+    first, last = _find_first(begin, from_word, words, read_mark), len(words) - 1
     if end:
-        place, marks = marked(end)
+        place, marks = read_mark(end)
         last = int(np.searchsorted(marks[:-1], place, side="left")) - 1
     elif to_word:
         last = _find(to_word, words, first, "--to-word")[1]
@@ -100,7 +100,7 @@ def _find_first(
     return _find(word, words, 0, "--from-word")[0] if word else 0
 
 
-def named(part: Sequence[SheetStretch], pages: Sequence[Drawing]) -> str:
+def name_stretch(part: Sequence[SheetStretch], pages: Sequence[Drawing]) -> str:
     """A part as it is called in a sentence."""
     first, last, many = part[0], part[-1], len(part)
     begin, end = (

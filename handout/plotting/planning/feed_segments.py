@@ -43,11 +43,11 @@ _LINE = 22.0  # bytes of a line at most
 def plan(request: PlanRequest) -> Plan:
     """A plan of moves with feeds; see `planner.plan`."""
     profile, asked = request.profile, pace.pace(request)
-    cuts = cut(asked.path, profile)
+    cuts = cut_for_corners(asked.path, profile)
     clock = np.interp(cuts.t, asked.path.t, asked.drawn) * request.factor  # of the drawing, which has the pressure
-    heights = pen_lift.along(request.drawing, clock, profile.pen)
+    heights = pen_lift.heights_along(request.drawing, clock, profile.pen)
     toolpath = lay_out(cuts, asked.dots, profile, request.hooked, heights)
-    feed, motion = run(toolpath, profile)
+    feed, motion = fit_feeds(toolpath, profile)
     starts = start_times(toolpath, motion, profile)
     target = toolpath.drawn_times(cuts, np.interp(cuts.t, asked.path.t, asked.target))
     xyz, feeds_ = toolpath.points[1:].tolist(), feed.tolist()
@@ -55,13 +55,13 @@ def plan(request: PlanRequest) -> Plan:
     blocks = toolpath.blocks(
         lambda row: MoveBlock(xyz[row][0], xyz[row][1], feeds_[row], xyz[row][2] if height[row] else None)
     )
-    return Plan.of(request, toolpath, motion, starts, blocks, target)
+    return Plan.from_request(request, toolpath, motion, starts, blocks, target)
 
 
-def cut(path: Trajectory, profile: Plotter) -> Trajectory:
+def cut_for_corners(path: Trajectory, profile: Plotter) -> Trajectory:
     """Cut the path into segments; shorter ones where corners of the usual length would have to be taken too slowly."""
     least, most = pace.shortest(profile), capacity(profile)
-    cuts = segments.cut(path, min(profile.segment_rate, most), least, pace.DEVIATION)
+    cuts = segments.cut_path(path, min(profile.segment_rate, most), least, pace.DEVIATION)
     straight, within = pace.lines(cuts, profile)
     if len(within) > 1:
         took = np.where(within, np.diff(cuts.t), np.inf)
@@ -70,15 +70,15 @@ def cut(path: Trajectory, profile: Plotter) -> Trajectory:
         slowed = straight.corner < could
         halve = within & (slowed | np.append(slowed[1:], False))
         middle = 0.5 * (cuts.t[:-1] + cuts.t[1:])
-        off = path.at(middle)  # a pen that rested may not have left an end by then
+        off = path.places_at(middle)  # a pen that rested may not have left an end by then
         room = np.minimum(np.hypot(*(off - cuts.xy[:-1]).T), np.hypot(*(off - cuts.xy[1:]).T))
         halve &= (room >= least) & (took > 2.0 / most)
         t = np.sort(np.append(cuts.t, middle[halve]))
-        cuts = Trajectory(t, path.at(t), path.stroke_at(t))
+        cuts = Trajectory(t, path.places_at(t), path.stroke_at(t))
     return Trajectory(cuts.t, np.round(cuts.xy, 3), cuts.stroke)
 
 
-def run(toolpath: Toolpath, profile: Plotter) -> tuple[Array, Motion]:
+def fit_feeds(toolpath: Toolpath, profile: Plotter) -> tuple[Array, Motion]:
     """The feed of every move, mm/min, as it is written, fitted to the planner; and what the planner makes of them."""
     limits, queue = profile.limits, profile.port.queue
     blocks = lookahead.blocks(toolpath.points, toolpath.stands, machine_of(profile))
@@ -95,9 +95,9 @@ def run(toolpath: Toolpath, profile: Plotter) -> tuple[Array, Motion]:
     crowded = crowding > 1.0  # no time is to be made up where lines could not follow
     most[crowded] = np.minimum(most, blocks.length / np.maximum(wanted, 1e-9))[crowded]
     feed = feeds.round_feed(feeds.fit(blocks, wanted, pen_up, toolpath.draws, most, queue))
-    motion = lookahead.run(blocks, feed / 60.0, queue)
+    motion = lookahead.run_planner(blocks, feed / 60.0, queue)
     visible = depth(toolpath, motion, profile)
-    short = lookahead.run(blocks, feed / 60.0, visible)
+    short = lookahead.run_planner(blocks, feed / 60.0, visible)
     return feed, short if abs(float((short.duration - motion.duration).sum())) > _CHANGED else motion
 
 
@@ -121,7 +121,7 @@ def depth(toolpath: Toolpath, motion: Motion, profile: Plotter) -> NDArray[np.in
     queue, each = profile.port.queue, line_time(profile)
     number = np.arange(len(toolpath.kind))
     begins = start_times(toolpath, motion, profile)[:-1]
-    first = _first(toolpath)
+    first = _find_firsts(toolpath)
     room = np.where(number - queue >= first, begins[np.maximum(number - queue, 0)], -np.inf)
     room[toolpath.stands] = begins[toolpath.stands] - queue_filling_times(toolpath, profile)
     read = each * (number + 1) + np.maximum.accumulate(room - each * number)
@@ -133,19 +133,19 @@ def least_queue(plan: Plan) -> int | None:
     """The fewest moves a controller that plans will have in hand in the middle of a stroke; None for other machines."""
     if dialect(plan.profile.dialect).motion != "planned":
         return None
-    return least(plan.toolpath, depth(plan.toolpath, plan.motion, plan.profile), plan.profile.port.queue)
+    return find_least_queue(plan.toolpath, depth(plan.toolpath, plan.motion, plan.profile), plan.profile.port.queue)
 
 
-def least(toolpath: Toolpath, have: NDArray[np.intp], queue: int) -> int | None:
+def find_least_queue(toolpath: Toolpath, have: NDArray[np.intp], queue: int) -> int | None:
     """The fewest moves in the queue in the middle of a stroke, where there were more to come; None if there is none."""
-    first = _first(toolpath)
+    first = _find_firsts(toolpath)
     ends = np.append(np.flatnonzero(toolpath.stands)[1:], len(toolpath.kind))
     after = ends[np.searchsorted(ends, np.arange(len(toolpath.kind)), side="right")]
     middle = toolpath.draws & (np.arange(len(toolpath.kind)) > first) & (np.arange(len(toolpath.kind)) + queue <= after)
     return int(have[middle].min()) if middle.any() else None
 
 
-def _first(toolpath: Toolpath) -> NDArray[np.intp]:
+def _find_firsts(toolpath: Toolpath) -> NDArray[np.intp]:
     """Of every move, the first after the rest before it."""
     stand = np.flatnonzero(toolpath.stands)
     return np.repeat(stand, np.diff(np.append(stand, len(toolpath.kind))))

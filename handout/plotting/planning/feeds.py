@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from handout.plotting.planning.lookahead import Blocks, Flags, run
+from handout.plotting.planning.lookahead import Blocks, Flags, run_planner
 from handout.values import Array
 
 
@@ -54,7 +54,7 @@ class _Strokes:
         self.first = np.repeat(starts, many)
         self.last = np.repeat(starts + many - 1, many)
 
-    def around(self, values: Array, width: int) -> Array:
+    def sum_around(self, values: Array, width: int) -> Array:
         """Sums over `width` segments around each, within its stroke."""
         total, number = np.concatenate([[0.0], np.cumsum(values)]), np.arange(len(values))
         late = np.minimum(number + width // 2, self.last) + 1
@@ -96,11 +96,11 @@ def fit(lines: Blocks, wanted: Array, feed: Array, draws: Flags, most: Array, qu
     most = np.clip(SETTINGS.headroom * near, 10 * SETTINGS.least, most)[rows]
     feed = feed.copy()
     feed[rows] = np.clip(mean[rows], SETTINGS.least, most)
-    spans = [(width, share, strokes.around(strokes.wanted, width)) for width, share in SETTINGS.around]
+    spans = [(width, share, strokes.sum_around(strokes.wanted, width)) for width, share in SETTINGS.around]
     best, least, since = feed.copy(), np.inf, 0
     hurry = np.zeros(len(rows))
     for number in range(SETTINGS.first + SETTINGS.rounds):
-        took = run(lines, feed, queue).duration[rows]
+        took = run_planner(lines, feed, queue).duration[rows]
         if number == SETTINGS.first:
             late = strokes.whole(took) / strokes.whole(strokes.wanted) - 1.0
             hurried, given_up = SETTINGS.lost
@@ -115,7 +115,7 @@ def fit(lines: Blocks, wanted: Array, feed: Array, draws: Flags, most: Array, qu
         gain = step * np.log(np.maximum(took, SETTINGS.instant) / strokes.wanted)
         if number >= SETTINGS.first:
             for width, share, whole in spans:
-                gain += hurry * share * np.log(np.maximum(strokes.around(took, width), SETTINGS.instant) / whole)
+                gain += hurry * share * np.log(np.maximum(strokes.sum_around(took, width), SETTINGS.instant) / whole)
         feed[rows] = np.clip(feed[rows] * np.exp(gain), SETTINGS.least, most)
     return best
 

@@ -115,13 +115,13 @@ def part_strokes(drawing: Drawing, every: float) -> Drawing:
     return dataclasses.replace(drawing, strokes=strokes)
 
 
-def said(drawings: Sequence[Drawing], profile: Plotter) -> list[str]:
+def tell_hooks(drawings: Sequence[Drawing], profile: Plotter) -> list[str]:
     """What is to be said of the hooks on pages whose strokes are parted, in sentences."""
-    sentences = [sentence for drawing in drawings for sentence in _said(drawing, profile)]
+    sentences = [sentence for drawing in drawings for sentence in _tell_page_hooks(drawing, profile)]
     return list(dict.fromkeys(sentences))
 
 
-def _said(drawing: Drawing, profile: Plotter) -> Iterator[str]:
+def _tell_page_hooks(drawing: Drawing, profile: Plotter) -> Iterator[str]:
     every = float(profile.hooks.dip_every)
     within = [at for at in sorted(dips(drawing.strokes, every)) if is_join(drawing.strokes, at)] if every else []
     if within:

@@ -81,7 +81,7 @@ class Motion:
 
     __repr__ = one_line
 
-    def travelled(self, rows: NDArray[np.intp], t: Array) -> Array:
+    def distance_travelled(self, rows: NDArray[np.intp], t: Array) -> Array:
         """How far blocks have come `t` seconds after their starts.  (m,) mm."""
         u, v, a, length = self.entry[rows], self.leave[rows], self.acceleration[rows], self.length[rows]
         top = top_speed(length, a, u, v, self.nominal[rows])
@@ -107,7 +107,7 @@ def blocks(points: Array, stands: Flags, machine: Machine) -> Blocks:
     move = np.diff(to_steps(points, machine.steps), axis=0)
     length = np.sqrt((move * move).sum(axis=1))
     unit = move / np.maximum(length, _REST)[:, None]
-    acceleration = np.minimum(along(unit, machine.acceleration), machine.path)
+    acceleration = np.minimum(limit_along(unit, machine.acceleration), machine.path)
     corner, radius = np.zeros(len(length)), np.full(len(length), np.inf)
     corner[1:] = corner_speed2(unit[:-1], unit[1:], machine)
     if machine.curves and not machine.jerk:
@@ -120,10 +120,10 @@ def blocks(points: Array, stands: Flags, machine: Machine) -> Blocks:
     # of the curve of which each two lines are chords; a turn of more than a quarter is none
     radius[1:] = np.where(cosine > 0, 0.5 * (chord[:-1] + chord[1:]) / np.maximum(angle, _REST), np.inf)
     corner[stands], radius[stands] = 0.0, np.inf
-    return Blocks(length, acceleration, along(unit, machine.rate), corner, radius)
+    return Blocks(length, acceleration, limit_along(unit, machine.rate), corner, radius)
 
 
-def along(unit: Array, limits: Array) -> Array:
+def limit_along(unit: Array, limits: Array) -> Array:
     """The greatest value along each direction that keeps every axis within its limit.  (n,) float."""
     with np.errstate(divide="ignore"):
         most = (limits / np.abs(unit)).min(axis=1)
@@ -144,7 +144,7 @@ def corner_speed2(before: Array, after: Array, machine: Machine) -> Array:
     across = after - before
     across /= np.maximum(np.sqrt((across * across).sum(axis=1)), _REST)[:, None]
     with np.errstate(divide="ignore", invalid="ignore"):
-        limit = np.minimum(along(across, machine.acceleration), machine.path)
+        limit = np.minimum(limit_along(across, machine.acceleration), machine.path)
         speed2 = np.asarray(limit * machine.deviation * half / (1.0 - half))
     speed2[cosine < -_STRAIGHT] = np.inf
     speed2[cosine > _STRAIGHT] = 0.0
@@ -165,7 +165,7 @@ def _circle_speed2(unit: Array, length: Array, acceleration: Array) -> Array:
     return np.asarray(np.minimum(energy[:-1], energy[1:]) * np.sqrt((1.0 - cosine) / (1.0 + cosine)))
 
 
-def run(lines: Blocks, feed: Array, queue: Queue) -> Motion:
+def run_planner(lines: Blocks, feed: Array, queue: Queue) -> Motion:
     """How a GRBL planner runs the lines at the given feeds.
 
     feed : (n,) float, mm/s, the F of each block.

@@ -31,10 +31,10 @@ def shorten_travel(drawing: Drawing, home: Array | None = None) -> tuple[Stroke,
     home : (2,) float, mm, page coordinates, optional
         Where the pen comes from and goes back to; the way from there and back counts for drawings without times.
     """
-    return _paced(by_travel(drawing.strokes), drawing.strokes) if drawing.timed else by_tour(drawing.strokes, home)
+    return _keep_pace(by_travel(drawing.strokes), drawing.strokes) if drawing.timed else by_tour(drawing.strokes, home)
 
 
-def _paced(ordered: tuple[Stroke, ...], written: tuple[Stroke, ...]) -> tuple[Stroke, ...]:
+def _keep_pace(ordered: tuple[Stroke, ...], written: tuple[Stroke, ...]) -> tuple[Stroke, ...]:
     """Strokes in another order, each as long after the one before it as it was in the order of writing."""
     if ordered == written or not written:
         return ordered
@@ -71,7 +71,7 @@ def by_tour(strokes: tuple[Stroke, ...], home: Array | None = None) -> tuple[Str
         stroke = begun[point >> 1]
         if point & 1:  # drawn from its end
             t = stroke.t[0] + (stroke.t[-1] - stroke.t[::-1])
-            stroke = _picked(stroke, np.arange(len(stroke.t))[::-1], t)
+            stroke = _pick_samples(stroke, np.arange(len(stroke.t))[::-1], t)
         drawn.append(stroke)
     if _way(drawn, home) >= _way(strokes, home) - 1e-9:
         return strokes
@@ -108,24 +108,24 @@ def _begin_anew(strokes: list[Stroke], closed: list[int], order: list[int], home
         for other in (before, after):
             if other is not None:
                 way += np.hypot(*(strokes[index].xy - other).T)
-        strokes[index] = _rolled(strokes[index], int(way[:-1].argmin()))
+        strokes[index] = _roll_stroke(strokes[index], int(way[:-1].argmin()))
 
 
 def _end(strokes: list[Stroke], point: int) -> Array:
     return np.asarray(strokes[point >> 1].xy[-1 if point & 1 else 0])
 
 
-def _rolled(stroke: Stroke, first: int) -> Stroke:
+def _roll_stroke(stroke: Stroke, first: int) -> Stroke:
     """A closed stroke from sample `first` on round to it again."""
     if first == 0:
         return stroke
     at = np.r_[first : len(stroke.t), 1 : first + 1]
     step = np.diff(stroke.t)
     t = stroke.t[0] + np.concatenate([[0.0], np.cumsum(np.r_[step[first:], step[:first]])])
-    return _picked(stroke, at, t)
+    return _pick_samples(stroke, at, t)
 
 
-def _picked(stroke: Stroke, at: Indices, t: Array) -> Stroke:
+def _pick_samples(stroke: Stroke, at: Indices, t: Array) -> Stroke:
     """The samples `at` of a stroke at other times."""
     channels = ("pressure", "tilt", "azimuth", "rotation", "width")
     values_of = {name: values[at] for name in channels if (values := getattr(stroke, name)) is not None}

@@ -10,7 +10,7 @@ from handout.plotting.dialects import dialect
 from handout.plotting.planning import feeds, lookahead
 from handout.plotting.planning.lookahead import Blocks, Flags
 from handout.plotting.planning.plan import PlanRequest
-from handout.plotting.planning.segments import Trajectory, cut
+from handout.plotting.planning.segments import Trajectory, cut_path
 from handout.plotting.planning.toolpath import machine_of
 from handout.profiles import Plotter
 from handout.values import Array
@@ -57,7 +57,7 @@ def _fastest(path: Trajectory, profile: Plotter) -> tuple[Trajectory, Array]:
     step = np.hypot(*np.diff(path.xy, axis=0, prepend=path.xy[:1]).T)
     step[np.diff(path.stroke, prepend=0) > 0] = 1.0
     distance = Trajectory(np.cumsum(np.maximum(step, 1e-6)), path.xy, path.stroke)
-    dense = cut(distance, 1.0 / _DENSE, shortest(profile), DEVIATION / 2)
+    dense = cut_path(distance, 1.0 / _DENSE, shortest(profile), DEVIATION / 2)
     blocks, within = lines(dense, profile)
     fastest = float(profile.limits.draw_speed)
     most = np.minimum(feeds.greatest(blocks, profile.limits.acceleration, fastest), blocks.rate)

@@ -74,7 +74,7 @@ class Plan:
     __repr__ = one_line
 
     @classmethod
-    def of(
+    def from_request(
         cls,
         request: PlanRequest,
         toolpath: Toolpath,
@@ -99,7 +99,7 @@ class Plan:
         return sum(span.name == "dip" for span in self.toolpath.hooks)
 
     @cached_property
-    def hooked(self) -> float:
+    def hook_time(self) -> float:
         """Of the announced time what hooks take, s, with the ways to and from them."""
         begins = np.append(self.begins, self.duration)
         return float(sum(begins[span.stop] - begins[span.first] for span in self.toolpath.hooks))
@@ -121,7 +121,7 @@ class Plan:
         return ways
 
     @property
-    def opened(self) -> int:
+    def opening_count(self) -> int:
         """How many blocks are done when what comes before the page is done."""
         return next((span.stop for span in self.toolpath.hooks if span.name == "before_page"), 0)
 
@@ -179,12 +179,12 @@ class Plan:
     def _lengths(self) -> Array:
         return np.asarray(np.linalg.norm(np.diff(self.toolpath.points, axis=0), axis=1))
 
-    def at(self, t: float) -> tuple[float, float, bool]:
+    def pen_at(self, t: float) -> tuple[float, float, bool]:
         """Where the pen is `t` seconds after the start: x, y in mm on the page, and whether it draws."""
         row = int(np.searchsorted(self.starts, t, side="right")) - 1
         moves = len(self.toolpath.kind)
         if 0 <= row < moves and t - self.starts[row] < self.motion.duration[row]:
-            travelled = self.motion.travelled(np.array([row]), np.array([t - self.starts[row]]))
+            travelled = self.motion.distance_travelled(np.array([row]), np.array([t - self.starts[row]]))
             share = float(travelled[0]) / max(float(self.motion.length[row]), 1e-9)
             a, b = self.toolpath.points[row], self.toolpath.points[row + 1]
             x, y = self._on_page((a + share * (b - a))[None])[0].tolist()
@@ -195,7 +195,7 @@ class Plan:
     def _on_page(self, points: Array) -> Array:
         return self.placement.to_page(points[:, :2])
 
-    def predicted(self) -> Drawing:
+    def predicted_drawing(self) -> Drawing:
         """The strokes as the machine will draw them, on its clock, with the speeds within its moves."""
         toolpath = self.toolpath
         rows = np.flatnonzero(toolpath.draws & (self.motion.duration > 0))
@@ -204,7 +204,7 @@ class Plan:
         last = np.cumsum(many)
         piece = np.arange(len(row)) - np.repeat(last - many, many) + 1
         t = self.motion.duration[row] * piece / np.repeat(many, many)
-        share = self.motion.travelled(row, t) / np.maximum(self.motion.length[row], 1e-9)
+        share = self.motion.distance_travelled(row, t) / np.maximum(self.motion.length[row], 1e-9)
         share[last - 1] = 1.0
         xy = self._on_page(toolpath.points[row] + share[:, None] * (toolpath.points[row + 1] - toolpath.points[row]))
         begin = self._on_page(toolpath.points[toolpath.first])
@@ -216,7 +216,7 @@ class Plan:
             strokes.append(Stroke(clock, np.concatenate([begin[index : index + 1], xy[samples]]), word=stroke.word))
         return Drawing(tuple(strokes), self.drawing.page, self.drawing.about)
 
-    def intended(self) -> Drawing:
+    def intended_drawing(self) -> Drawing:
         """The strokes as they were meant to be drawn: at the speed asked for, or the best for one without time."""
         if not self.drawing.timed:
             toolpath = self.toolpath

@@ -57,7 +57,7 @@ def plan(
         Nothing to draw, or a speed that is not positive.
     """
     drawing = part_strokes(drawing, profile.hooks.dip_every)
-    drawing = dataclasses.replace(drawing, strokes=_ordered(drawing, profile, speed, order))
+    drawing = dataclasses.replace(drawing, strokes=_order_strokes(drawing, profile, speed, order))
     speed = speed if drawing.timed else "fast"
     placement = bed.place(drawing.page, profile)
     paths = [placement.to_machine(stroke.xy) for stroke in drawing.strokes]
@@ -68,7 +68,7 @@ def plan(
     return _PLANNERS[dialect(profile.dialect).motion](request)
 
 
-def _ordered(drawing: Drawing, profile: Plotter, speed: Speed, order: Order) -> tuple[Stroke, ...]:
+def _order_strokes(drawing: Drawing, profile: Plotter, speed: Speed, order: Order) -> tuple[Stroke, ...]:
     """The strokes in the order asked for; refuses what cannot be planned."""
     if not drawing.strokes:
         raise InputError("The page has no strokes: there is nothing to plot.")

@@ -31,7 +31,7 @@ class Trajectory:
     xy: Array
     stroke: Index
 
-    def at(self, t: Array) -> Array:
+    def places_at(self, t: Array) -> Array:
         """(m, 2) mm: where the pen should be at times t."""
         return np.stack([np.interp(t, self.t, self.xy[:, 0]), np.interp(t, self.t, self.xy[:, 1])], axis=1)
 
@@ -50,7 +50,7 @@ def on_one_clock(times: list[Array], paths: list[Array]) -> Trajectory:
     return Trajectory(np.concatenate(shifted), np.concatenate(paths), stroke)
 
 
-def cut(path: Trajectory, rate: float, shortest: float, deviation: float) -> Trajectory:
+def cut_path(path: Trajectory, rate: float, shortest: float, deviation: float) -> Trajectory:
     """Cut a path into segments.
 
     Parameters
@@ -69,7 +69,7 @@ def cut(path: Trajectory, rate: float, shortest: float, deviation: float) -> Tra
     turning = _turning_points(path, 1.0 / rate)
     breakpoints = _evenly(turning, path.stroke_at(turning), rate)
     breakpoints = _merge(path, _follow(path, breakpoints, deviation), turning, shortest)
-    return Trajectory(breakpoints, path.at(breakpoints), path.stroke_at(breakpoints))
+    return Trajectory(breakpoints, path.places_at(breakpoints), path.stroke_at(breakpoints))
 
 
 def _turning_points(path: Trajectory, interval: float) -> Array:
@@ -80,11 +80,11 @@ def _turning_points(path: Trajectory, interval: float) -> Array:
     t, stroke = path.t, path.stroke
     first, last = stroke_ends(stroke)
     early, late = (np.clip(t + half, t[first][stroke], t[last][stroke]) for half in (-interval / 2, interval / 2))
-    moved = path.at(late) - path.at(early)
+    moved = path.places_at(late) - path.places_at(early)
     speed = np.sqrt((moved * moved).sum(axis=1)) / np.maximum(late - early, _TINY)
     least = np.flatnonzero((speed[1:-1] < speed[:-2]) & (speed[1:-1] <= speed[2:])) + 1
     slowest_first = t[least[np.argsort(speed[least], kind="stable")]]
-    return _apart(np.union1d(t[first], t[last]), slowest_first, 2 * interval)
+    return _keep_apart(np.union1d(t[first], t[last]), slowest_first, 2 * interval)
 
 
 def stroke_ends(stroke: Index) -> tuple[Index, Index]:
@@ -93,7 +93,7 @@ def stroke_ends(stroke: Index) -> tuple[Index, Index]:
     return first, np.append(first[1:], len(stroke)) - 1
 
 
-def _apart(fixed: Array, wanted: Array, gap: float) -> Array:
+def _keep_apart(fixed: Array, wanted: Array, gap: float) -> Array:
     """The fixed times and, in their order, those of the wanted that keep the gap from all that were taken before."""
     chosen = fixed.tolist()
     for time in wanted.tolist():
@@ -116,7 +116,7 @@ def _evenly(breakpoints: Array, stroke_of: Index, rate: float) -> Array:
 def _follow(path: Trajectory, breakpoints: Array, deviation: float) -> Array:
     """Add the sample farthest from its chord to every segment that departs from the path, until none does."""
     for _ in range(_PASSES):
-        ends = path.at(breakpoints)
+        ends = path.places_at(breakpoints)
         piece = np.clip(np.searchsorted(breakpoints, path.t, side="right") - 1, 0, len(breakpoints) - 2)
         away = distance_to_lines(path.xy, ends[piece], ends[piece + 1])
         away[path.stroke_at(breakpoints[piece]) != path.stroke_at(breakpoints[piece + 1])] = 0.0
@@ -141,15 +141,15 @@ def _merge(path: Trajectory, breakpoints: Array, wanted: Array, shortest: float)
 
     What is left out is always nearer than that to a breakpoint that stays.
     """
-    stroke, xy = path.stroke_at(breakpoints), path.at(breakpoints)
-    knots = _filled(xy, stroke, _sifted(xy, stroke, np.isin(breakpoints, wanted), shortest), shortest)
+    stroke, xy = path.stroke_at(breakpoints), path.places_at(breakpoints)
+    knots = _fill_knots(xy, stroke, _sift_knots(xy, stroke, np.isin(breakpoints, wanted), shortest), shortest)
     length = np.hypot(*np.diff(xy[knots], axis=0).T)
     # no breakpoint fits between the ends of a stroke that comes back: it goes as far as it went
     back = np.append(False, (stroke[knots][1:] == stroke[knots][:-1]) & (length < shortest))
-    return breakpoints[_filled(xy, stroke, knots[~back], shortest)]
+    return breakpoints[_fill_knots(xy, stroke, knots[~back], shortest)]
 
 
-def _sifted(xy: Array, stroke: Index, wanted: NDArray[np.bool_], shortest: float) -> Index:
+def _sift_knots(xy: Array, stroke: Index, wanted: NDArray[np.bool_], shortest: float) -> Index:
     """Knots one after the other, each far enough from the one before, and both ends of every stroke."""
     places, firm = xy.tolist(), wanted.tolist()
     first, last = (set(ends.tolist()) for ends in stroke_ends(stroke))
@@ -167,7 +167,7 @@ def _sifted(xy: Array, stroke: Index, wanted: NDArray[np.bool_], shortest: float
     return np.array(knots)
 
 
-def _filled(xy: Array, stroke: Index, knots: Index, shortest: float) -> Index:
+def _fill_knots(xy: Array, stroke: Index, knots: Index, shortest: float) -> Index:
     """The kept ones and, of those left out, the farthest from its neighbours, until none is `shortest` from both."""
     while True:
         place = np.searchsorted(knots, np.arange(len(xy)), side="right") - 1

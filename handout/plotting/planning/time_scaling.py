@@ -77,7 +77,7 @@ class TimedCurve:
         smooth = self.smooth[:, None]
         return np.where(smooth, mean, before), np.where(smooth, mean, after)
 
-    def at(self, t: Array) -> Array:
+    def places_at(self, t: Array) -> Array:
         """(m, 2) mm: where the pen should be at times t on the track's clock."""
         trajectory = self.trajectory
         if len(trajectory.t) < 2:
@@ -87,11 +87,11 @@ class TimedCurve:
         gap = np.maximum(trajectory.t[piece + 1] - trajectory.t[piece], SETTINGS.tiny)[:, None]
         u = np.clip((t - trajectory.t[piece])[:, None] / gap, 0.0, 1.0)
         a, b = trajectory.xy[piece], trajectory.xy[piece + 1]
-        va, vb = _tamed(leaving[piece] * gap, b - a), _tamed(arriving[piece + 1] * gap, b - a)
+        va, vb = _tame_slopes(leaving[piece] * gap, b - a), _tame_slopes(arriving[piece + 1] * gap, b - a)
         return np.asarray(a + u * (va + u * (3 * (b - a) - 2 * va - vb + u * (2 * (a - b) + va + vb))))
 
 
-def _tamed(slope: Array, way: Array) -> Array:
+def _tame_slopes(slope: Array, way: Array) -> Array:
     """(m, 2) mm: slopes that do not carry a curve beyond the ends of its piece."""
     most = SETTINGS.steepest * np.hypot(*way.T) / np.maximum(np.hypot(*slope.T), SETTINGS.tiny)
     return np.asarray(slope * np.minimum(most, 1.0)[:, None])
@@ -187,7 +187,7 @@ def _cut_lines(trajectory: Trajectory) -> Trajectory:
     start = np.repeat(np.arange(len(gap)), pieces)
     count = np.arange(len(start)) - np.repeat(np.cumsum(pieces) - pieces, pieces)
     t = np.append(trajectory.t[start] + gap[start] * count / pieces[start], trajectory.t[-1:])
-    return Trajectory(t, trajectory.at(t), np.append(trajectory.stroke[start], trajectory.stroke[-1:]))
+    return Trajectory(t, trajectory.places_at(t), np.append(trajectory.stroke[start], trajectory.stroke[-1:]))
 
 
 def _chords(trajectory: Trajectory) -> tuple[Array, Array]:

@@ -46,17 +46,17 @@ def plan(request: PlanRequest) -> Plan:
     cuts, when = slices(slow, profile)
     drawn = np.interp(path.trajectory.t, asked.path.t, asked.drawn)  # on the drawing's clock, which has the pressure
     clock = np.interp(when, slow.trajectory.t, drawn) * request.factor
-    values = pen_lift.along(request.drawing, clock, profile.pen)
+    values = pen_lift.heights_along(request.drawing, clock, profile.pen)
     toolpath, motion = _motion(lay_out(cuts, asked.dots, _attentive(profile), request.hooked, values), profile)
     starts = start_times(toolpath, motion, _attentive(profile))
     ends, took = toolpath.points[1:, :2].tolist(), np.round(motion.duration, 6).tolist()
-    servo = _pressed(toolpath, took, profile.pen)
+    servo = _set_pressures(toolpath, took, profile.pen)
     blocks = toolpath.blocks(lambda row: Timed(ends[row][0], ends[row][1], took[row], servo[row]))
     times = toolpath.drawn_times(cuts, np.interp(when, slow.trajectory.t, target))
-    return Plan.of(request, toolpath, motion, starts, blocks, times)
+    return Plan.from_request(request, toolpath, motion, starts, blocks, times)
 
 
-def _pressed(toolpath: Toolpath, took: list[float], pen: PenProfile) -> list[float | None]:
+def _set_pressures(toolpath: Toolpath, took: list[float], pen: PenProfile) -> list[float | None]:
     """Values for the servo as each move begins, by the pressure at its end; None: it stays."""
     values: list[float | None] = [None] * len(took)
     if pen.pressed is None or not toolpath.follows_pressure:
@@ -126,7 +126,7 @@ def slices(path: TimedCurve, profile: Plotter) -> tuple[Trajectory, Array]:
         times.append(begin + ends * (whole / ms))
     stroke = np.repeat(np.arange(len(clocks)), [len(clock) for clock in clocks])
     when = np.concatenate(times)
-    return Trajectory(np.concatenate(clocks), path.at(when), trajectory.stroke[first][stroke]), when
+    return Trajectory(np.concatenate(clocks), path.places_at(when), trajectory.stroke[first][stroke]), when
 
 
 def _ends_of_slices(
@@ -134,7 +134,7 @@ def _ends_of_slices(
 ) -> Array:
     """Where the slices of one stroke end, ms: at its corners, where a motor turns round, and evenly in between."""
     at = np.arange(ms + 1)
-    motors = path.at(np.asarray(begin + at * unit)) @ mix.T
+    motors = path.places_at(np.asarray(begin + at * unit)) @ mix.T
     steps = np.diff(motors, axis=0)
     turned = (steps[1:] * steps[:-1] < 0).any(axis=1)
     turns = np.flatnonzero(turned) + 1
@@ -158,7 +158,7 @@ def travel(begin: Array, end: Array, profile: Plotter) -> list[Timed]:
 
 
 @dataclass(frozen=True, eq=False)
-class _Run:
+class _TravelSlices:
     """A travel in slices: where each ends, (n, 2) mm; how long it takes, (n,) s; speeds where they meet, (n + 1,)."""
 
     points: Array
@@ -166,10 +166,10 @@ class _Run:
     speed: Array
 
 
-def _travel(begin: Array, end: Array, profile: Plotter, fastest: float) -> _Run:
+def _travel(begin: Array, end: Array, profile: Plotter, fastest: float) -> _TravelSlices:
     length = float(np.hypot(*(end - begin)))
     if length == 0.0:
-        return _Run(np.zeros((0, 2)), np.zeros(0), np.zeros(1))
+        return _TravelSlices(np.zeros((0, 2)), np.zeros(0), np.zeros(1))
     machine, unit = motion_limits(profile), (end - begin) / length
     motor = machine.motor / float(np.abs(machine.mix @ unit).max())
     most = min(fastest, motor, (machine.acceleration * length) ** 0.5)
@@ -187,7 +187,7 @@ def _travel(begin: Array, end: Array, profile: Plotter, fastest: float) -> _Run:
     travelled = np.cumsum(np.array(took) * 0.5 * (np.array(speed[1:]) + np.array(speed[:-1])))
     points = begin + unit * travelled[:, None]
     points[-1] = end
-    return _Run(points, np.array(took) / _MS, np.array(speed) * _MS)
+    return _TravelSlices(points, np.array(took) / _MS, np.array(speed) * _MS)
 
 
 def _motion(toolpath: Toolpath, profile: Plotter) -> tuple[Toolpath, Motion]:
@@ -197,7 +197,7 @@ def _motion(toolpath: Toolpath, profile: Plotter) -> tuple[Toolpath, Motion]:
         row: _travel(toolpath.points[row, :2], toolpath.points[row + 1, :2], profile, fastest[int(toolpath.kind[row])])
         for row in np.flatnonzero(np.isin(toolpath.kind, FREE)).tolist()
     }
-    toolpath = _sliced(toolpath, runs)
+    toolpath = _slice_travels(toolpath, runs)
     length = np.hypot(*np.diff(toolpath.points[:, :2], axis=0).T)
     took, travels = toolpath.requested_time.copy(), np.isin(toolpath.kind, FREE)
     if runs:
@@ -211,7 +211,7 @@ def _motion(toolpath: Toolpath, profile: Plotter) -> tuple[Toolpath, Motion]:
     return toolpath, Motion(entry, leave, np.maximum(entry, leave), acceleration, length, took)
 
 
-def _sliced(toolpath: Toolpath, runs: dict[int, _Run]) -> Toolpath:
+def _slice_travels(toolpath: Toolpath, runs: dict[int, _TravelSlices]) -> Toolpath:
     """The toolpath with every travel in as many moves as its run has."""
     many = np.ones(len(toolpath.kind), dtype=int)
     for row, run in runs.items():

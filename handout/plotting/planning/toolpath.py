@@ -153,7 +153,7 @@ class _Builder:
 
     def move_pen(self, down: bool, value: float | None = None, inks: bool = True) -> None:
         """Lift or lower the pen and wait for it; see `PenBlock`."""
-        pen = pen_lift.lowered(self.pen, value)
+        pen = pen_lift.lower_to(self.pen, value)
         wait = pen_lift.wait(pen, down, float(self.profile.port.line_time))
         if down:
             wait += dialect(self.profile.dialect).lowering_bytes * 10.0 / self.profile.port.baud

@@ -63,7 +63,7 @@ def _fragments(points: Array) -> list[int]:
     """A tour put together from the shortest links between ends that are still free."""
     link = np.full(len(points), -1, dtype=np.intp)
     root = list(range(len(points) // 2))  # of the fragment that a stroke belongs to
-    places = _apart(points)
+    places = _move_apart(points)
     free = np.arange(len(points))
     near = _NEAR
     while len(free) > 2:
@@ -81,7 +81,7 @@ def _fragments(points: Array) -> list[int]:
     return tour
 
 
-def _apart(points: Array) -> Array:
+def _move_apart(points: Array) -> Array:
     """The points, each moved by next to nothing in a direction of its own, so that no two are in one place."""
     angle = np.arange(len(points)) * (2 * np.pi * _GOLDEN)
     far = _APART * (1.0 + np.arange(len(points)) / len(points))
@@ -191,13 +191,13 @@ class _Search:
                 if gain > _EPS:
                     self._exchange(p, c)
                     return gain, (p, q, c, r)
-            carried = self._run(c, r, p, q, old) or self._run(p, q, c, r, old)
+            carried = self._find_better_run(c, r, p, q, old) or self._find_better_run(p, q, c, r, old)
             if carried:
                 self._carry(*carried[1], turned=same)
                 return carried[0], carried[1]
         return 0.0, ()
 
-    def _run(self, c: int, r: int, p: int, q: int, spare: float) -> tuple[float, _Six] | None:
+    def _find_better_run(self, c: int, r: int, p: int, q: int, spare: float) -> tuple[float, _Six] | None:
         """A run of strokes from `c`, which comes after `r`, that is better carried between p and q, c next to p.
 
         The gain, and the six points of the three links.
@@ -262,7 +262,7 @@ class _Search:
 def _neighbours(points: Array) -> list[list[tuple[int, float]]]:
     """For every point the nearest points of other strokes, each with its distance."""
     near = min(_NEAR + 2, len(points))
-    places = _apart(points)
+    places = _move_apart(points)
     other = _nearest(places, near)[1]
     gap = np.linalg.norm(points[other] - points[:, None], axis=2)  # as it is: a gain that is none would never end
     strokes = np.arange(len(points))[:, None] >> 1

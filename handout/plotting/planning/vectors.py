@@ -51,7 +51,7 @@ SETTINGS = VectorSettings()
 def plan(request: PlanRequest) -> Plan:
     """A plan of vectors; see `planner.plan`."""
     profile, per_mm = request.profile, request.profile.limits.steps_per_mm
-    cuts = _shorter(segments.cut(request.path, SETTINGS.rate, SETTINGS.shortest / per_mm, SETTINGS.deviation))
+    cuts = _shorter(segments.cut_path(request.path, SETTINGS.rate, SETTINGS.shortest / per_mm, SETTINGS.deviation))
     cuts = dataclasses.replace(cuts, xy=np.round(cuts.xy * per_mm) / per_mm)
     toolpath = lay_out(cuts, np.zeros(len(request.drawing.strokes)), profile, request.hooked)
     lines = lookahead.blocks(toolpath.points, toolpath.stands, machine_of(profile))
@@ -59,15 +59,15 @@ def plan(request: PlanRequest) -> Plan:
         lines = dataclasses.replace(lines, corner=np.zeros(len(lines.corner)))
     target = toolpath.requested_time / request.factor
     feed = _feeds(toolpath, lines, np.zeros_like(target) if request.speed == "fast" else target, profile)
-    motion = lookahead.run(lines, feed * lines.rate / _fastest(profile), profile.port.queue)
+    motion = lookahead.run_planner(lines, feed * lines.rate / _fastest(profile), profile.port.queue)
     xy, feeds = toolpath.points[1:, :2].tolist(), (feed * 60.0).tolist()
     blocks = toolpath.blocks(lambda row: MoveBlock(xy[row][0], xy[row][1], feeds[row]))
     fetching = float(profile.hpgl.pen_time)
     starts = start_times(toolpath, motion, profile) + fetching - profile.pen.up_time  # it is up already
-    starts = starts + _starved(blocks, toolpath, starts, profile)
+    starts = starts + _measure_starvation(blocks, toolpath, starts, profile)
     starts[-1] += fetching if profile.hpgl.pens > 1 else 0.0
     target = target if request.drawing.timed else motion.duration
-    return Plan.of(request, toolpath, motion, starts, blocks, np.where(toolpath.draws, target, 0.0))
+    return Plan.from_request(request, toolpath, motion, starts, blocks, np.where(toolpath.draws, target, 0.0))
 
 
 def _shorter(cuts: Trajectory) -> Trajectory:
@@ -101,14 +101,18 @@ def _feeds(toolpath: Toolpath, lines: Blocks, wanted: Array, profile: Plotter) -
         return feed
     stroke, many = toolpath.stroke[draws], len(toolpath.first)
 
-    def run(feeds: Array) -> Array:
-        return lookahead.run(lines, feeds * lines.rate / _fastest(profile), profile.port.queue).duration
+    def move_feeds(feeds: Array) -> Array:
+        return lookahead.run_planner(lines, feeds * lines.rate / _fastest(profile), profile.port.queue).duration
 
-    lifted = np.where(draws, 0.0, run(feed))  # (n,) s; then (strokes,) s between the end of the stroke before and each
+    lifted = np.where(
+        draws, 0.0, move_feeds(feed)
+    )  # (n,) s; then (strokes,) s between the end of the stroke before and each
     gaps = np.diff(np.concatenate([[0.0], np.cumsum(lifted + toolpath.pause[:-1])])[toolpath.first], prepend=0.0)
     durations = np.asarray(np.bincount(stroke, wanted[draws], many), dtype=float)
     durations = _wait_for_wire(durations, np.bincount(stroke, minlength=many), gaps, profile)
-    took = np.array([np.bincount(stroke, run(np.where(draws, v, feed))[draws], many) for v in speeds], dtype=float)
+    took = np.array(
+        [np.bincount(stroke, move_feeds(np.where(draws, v, feed))[draws], many) for v in speeds], dtype=float
+    )
     # how far each velocity misses the time of each stroke, as a share of it; changed only where it matters
     off = np.abs(took - durations) / np.maximum(durations, 1e-9)
     best = off.argmin(axis=0)
@@ -136,7 +140,7 @@ def _wait_for_wire(durations: Array, vectors: Index, gaps: Array, profile: Plott
     return np.array(took)
 
 
-def _starved(blocks: tuple[Block, ...], toolpath: Toolpath, starts: Array, profile: Plotter) -> Array:
+def _measure_starvation(blocks: tuple[Block, ...], toolpath: Toolpath, starts: Array, profile: Plotter) -> Array:
     """(n + 1,) float, s: how much later each move begins because it has not come over the wire by then."""
     from handout.plotting.dialects import dialect  # dialects plan with this module
 

@@ -53,7 +53,7 @@ def jog(controller: Controller, dx: float, dy: float) -> None:
     controller.jog(dx, dy)
 
 
-def moved(controller: Controller, move: Callable[[Controller], None]) -> Place | None:
+def move_and_locate(controller: Controller, move: Callable[[Controller], None]) -> Place | None:
     """Do something; where it stands then, mm, None if it does not know.  Whatever goes wrong, the pen is lifted."""
     with halting(controller, harmless=(InputError,)):
         move(controller)

@@ -56,7 +56,7 @@ class Heights(NamedTuple):
 
 def check(profile: Plotter) -> None:
     """Raise InputError unless the pen has heights that can be set."""
-    pen_lift.at(profile.pen, profile.pen.down)
+    pen_lift.lower_at_once(profile.pen, profile.pen.down)
 
 
 def replace_heights(profile: Plotter, up: float | None, down: float | None) -> Plotter:
@@ -186,7 +186,7 @@ class Steps:
     def size(self) -> float:
         return self.sizes[self.chosen]
 
-    def from_(self, value: float, lower: float) -> float | None:
+    def lower_from(self, value: float, lower: float) -> float | None:
         """A value that is so much lower; None if there is none."""
         value = round(value + self.sign * lower, 3)
         return value if self.least <= value <= self.greatest else None
@@ -202,7 +202,7 @@ def find(bench: Bench) -> Heights:
     profile = bench.controller.profile
     steps, way = Steps(profile), abs(profile.pen.down - profile.pen.up)
     with bench.working():
-        touching = _asked(bench, steps, "t", "the pen just touches the paper", may_turn=not steps.lift_z)
+        touching = _ask_height(bench, steps, "t", "the pen just touches the paper", may_turn=not steps.lift_z)
         if steps.lift_z:
             bench.log(
                 f"The paper is at {touching:g} mm. A Z axis that finds its zero by a switch will find it there again; "
@@ -212,18 +212,18 @@ def find(bench: Bench) -> Heights:
             if bench.person.answer("Call this height 0 until it is switched off?", answers) == "y":
                 bench.controller.level()
                 touching = bench.at = 0.0
-        above = steps.from_(touching, -way)
+        above = steps.lower_from(touching, -way)
         up = (steps.least if steps.sign > 0 else steps.greatest) if above is None else above
         bench.take(up=up, down=touching)
         bench.go(up)
         bench.log("Now how high it is lifted: clear of the paper everywhere, and no higher than it needs.")
-        up = _asked(bench, steps, "o", "that is right", may_turn=False)
+        up = _ask_height(bench, steps, "o", "that is right", may_turn=False)
         bench.take(up=up)
-        down = _chosen(bench, steps, touching, up, "Which row is the lightest that is whole?")
-        return Heights(up, down, _pressed(bench, steps, down, up) if steps.follows else None)
+        down = _choose_height(bench, steps, touching, up, "Which row is the lightest that is whole?")
+        return Heights(up, down, _find_pressed_height(bench, steps, down, up) if steps.follows else None)
 
 
-def _asked(bench: Bench, steps: Steps, done: str, means: str, *, may_turn: bool) -> float:
+def _ask_height(bench: Bench, steps: Steps, done: str, means: str, *, may_turn: bool) -> float:
     """Lower and lift the pen as the person says; where it is when all is well."""
     answers = {"d": "down", "u": "up", "f": "finer steps", "c": "coarser steps", done: means}
     answers |= {"x": "it goes the wrong way round"} if may_turn else {}
@@ -236,13 +236,13 @@ def _asked(bench: Bench, steps: Steps, done: str, means: str, *, may_turn: bool)
             steps.chosen = min(max(steps.chosen + (1 if answer == "f" else -1), 0), len(steps.sizes) - 1)
         elif answer == "x":
             steps.sign = -steps.sign
-        elif (there := steps.from_(bench.at, steps.size if answer == "d" else -steps.size)) is None:
+        elif (there := steps.lower_from(bench.at, steps.size if answer == "d" else -steps.size)) is None:
             bench.log(f"It goes no further than {steps.least:g} to {steps.greatest:g}.")
         else:
             bench.go(there)
 
 
-def _pressed(bench: Bench, steps: Steps, down: float, up: float) -> float:
+def _find_pressed_height(bench: Bench, steps: Steps, down: float, up: float) -> float:
     """How deep the pen goes at full pressure; `down` where nothing gives way."""
     bench.log(
         "Where the pen gives way (a spring in its holder, a soft tip), it can be pressed by going deeper, as a hand "
@@ -251,12 +251,12 @@ def _pressed(bench: Bench, steps: Steps, down: float, up: float) -> float:
     answers = {"s": "it gives way: find how deep it may go", "h": "no, or it goes no deeper"}
     if bench.person.answer("Does the pen give way when it is pushed up?", answers) == "h":
         return down
-    first = steps.from_(down, steps.row)
+    first = steps.lower_from(down, steps.row)
     asked = "Which row is as bold as a line at full pressure should be?"
-    return down if first is None else _chosen(bench, steps, first, up, asked)
+    return down if first is None else _choose_height(bench, steps, first, up, asked)
 
 
-def _chosen(bench: Bench, steps: Steps, first: float, up: float, question: str) -> float:
+def _choose_height(bench: Bench, steps: Steps, first: float, up: float, question: str) -> float:
     """Let the person choose from rows, each lower than the one before."""
     answers = {str(n): f"the row with {n} mark{'s'[: n > 1]}" for n in range(1, ROWS + 1)}
     answers |= {"0": "none: press harder", "a": "draw them again"}

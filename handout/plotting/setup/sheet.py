@@ -52,18 +52,22 @@ def test_sheet(profile: Plotter, page: Page, rng: np.random.Generator) -> Drawin
     DoesNotFit
         The page, or what the machine reaches of it, is too small for all that.
     """
-    left, top, right, bottom = _room(profile, page)
-    names = ("Y", "X") if bed.place(page, profile).turned else ("X", "Y")
+    placement = bed.place(page, profile)
+    corners = placement.to_page(np.array(bed.reach(profile)))  # of what the pen reaches, mm
+    edge = _EDGE * float(min(page.width, page.height))
+    left, top = (np.maximum(corners.min(axis=0), 0.0) + edge).tolist()
+    right, bottom = (np.minimum(corners.max(axis=0), [page.width, page.height]) - edge).tolist()
+    names = ("Y", "X") if placement.turned else ("X", "Y")
     for scale in _SCALES:
         head = Caption(_title(profile), 0.0, 2.0 * panels.letters(scale), panels.letters(scale))
         above = 3.6 * panels.letters(scale)
         for side in (side for side in _SIDES if side >= _LEAST_SIDE * min(scale, 1.0)):
             parts = _panels(profile, names, side, scale)
-            spots = _packed(parts, right - left, bottom - top - above, _GAP * scale)
+            spots = _pack_panels(parts, right - left, bottom - top - above, _GAP * scale)
             if spots is not None:
                 placed = [(left + x, top + above + y, panel) for x, y, panel in spots]
                 title = Panel("title", 0.0, 0.0, (), (head,))
-                return _drawn([(left, top, title), *placed], profile, page, rng)
+                return _draw_parts([(left, top, title), *placed], profile, page, rng)
     raise DoesNotFit(
         f"The test sheet does not fit into the {right - left:.4g} x {bottom - top:.4g} mm "
         f"that {profile.name or profile.title} reaches of a page of {page.width:g} x {page.height:g} mm: use a larger "
@@ -76,15 +80,6 @@ def _title(profile: Plotter) -> str:
     name = "".join(char for char in profile.name.removeprefix("plotter-") if " " <= char <= "~") or "plotter"
     pen = profile.pen
     return name if pen.lift in ("own", "command") else f"{name}: up {pen.up:g}, down {pen.down:g}"
-
-
-def _room(profile: Plotter, page: Page) -> tuple[float, float, float, float]:
-    """Left, top, right and bottom of what the pen reaches of a page, mm, less an edge."""
-    corners = bed.place(page, profile).to_page(np.array(bed.reach(profile)))
-    low = np.maximum(corners.min(axis=0), 0.0)
-    high = np.minimum(corners.max(axis=0), [page.width, page.height])
-    edge = _EDGE * float(min(page.width, page.height))
-    return float(low[0]) + edge, float(low[1]) + edge, float(high[0]) - edge, float(high[1]) - edge
 
 
 def _panels(profile: Plotter, names: tuple[str, str], side: float, scale: float) -> list[Panel]:
@@ -103,7 +98,7 @@ def _panels(profile: Plotter, names: tuple[str, str], side: float, scale: float)
     ]
 
 
-def _packed(panels: Sequence[Panel], width: float, height: float, gap: float) -> list[Spot] | None:
+def _pack_panels(panels: Sequence[Panel], width: float, height: float, gap: float) -> list[Spot] | None:
     """Where each part lies, as high up and then as far left as it goes; None if not all fit."""
     spots: list[Spot] = []
     for panel in panels:
@@ -128,7 +123,7 @@ def _meet(first: Spot, second: Spot, gap: float) -> bool:
     return x < u + b.width + gap and u < x + a.width + gap and y < v + b.height + gap and v < y + a.height + gap
 
 
-def _drawn(spots: Sequence[Spot], profile: Plotter, page: Page, rng: np.random.Generator) -> Drawing:
+def _draw_parts(spots: Sequence[Spot], profile: Plotter, page: Page, rng: np.random.Generator) -> Drawing:
     """All parts on one clock: first what is tested, part by part, then the words."""
     strokes = [
         dataclasses.replace(stroke, xy=stroke.xy + np.array([x, y])) for x, y, panel in spots for stroke in panel.lines
@@ -140,7 +135,7 @@ def _drawn(spots: Sequence[Spot], profile: Plotter, page: Page, rng: np.random.G
             if (panel.name == "sample") == (hand == _JOINED)
             for caption in panel.captions
         ]
-        strokes += written(captions, hand, page, rng, pace).strokes
+        strokes += write_captions(captions, hand, page, rng, pace).strokes
     about = {"program": f"handout {__version__}", "title": "test sheet", "device": profile.name}
     clock, turns = 0.0, []
     for stroke in strokes:  # one after the other on one clock
@@ -154,7 +149,9 @@ _FURTHER = 30.0  # mm from one line to the next: they are moved to their places 
 _CALM = 0.5  # of a person's variation: captions have to be read
 
 
-def written(captions: Sequence[Caption], hand: str, page: Page, rng: np.random.Generator, speed: float) -> Drawing:
+def write_captions(
+    captions: Sequence[Caption], hand: str, page: Page, rng: np.random.Generator, speed: float
+) -> Drawing:
     """All captions as timed strokes on a page, in their order.
 
     Raises
@@ -170,20 +167,20 @@ def written(captions: Sequence[Caption], hand: str, page: Page, rng: np.random.G
     layout = Layout(sheet, (10.0,) * 4, x_height=size, line_spacing=_FURTHER, align="left", jitter=_CALM)
     (composed,) = compose("\n".join(caption.text for caption in captions), writer, layout, rng, pages=1)
     pairs = zip(composed.lines, captions, strict=True)
-    lines = [_moved(line, caption, caption.x_height / size) for line, caption in pairs]
+    lines = [_move_line(line, caption, caption.x_height / size) for line, caption in pairs]
     return trace(Manuscript(tuple(lines), page, size), writer, rng, jitter=_CALM, speed=speed)
 
 
-def _moved(line: Line, caption: Caption, scale: float) -> Line:
+def _move_line(line: Line, caption: Caption, scale: float) -> Line:
     """A line where its caption is to stand."""
     left = min(float(stroke[:, 0].min()) for placed in line.placed for stroke in placed.strokes)
     base = np.array([left, line.baseline])
 
-    def there(placed: Placed) -> Placed:
+    def move_glyph(placed: Placed) -> Placed:
         strokes = tuple((stroke - base) * scale + [caption.x, caption.y] for stroke in placed.strokes)
         return dataclasses.replace(placed, strokes=strokes)
 
-    return dataclasses.replace(line, placed=tuple(there(placed) for placed in line.placed), baseline=caption.y)
+    return dataclasses.replace(line, placed=tuple(move_glyph(placed) for placed in line.placed), baseline=caption.y)
 
 
 def how_to_read(profile: Plotter) -> list[str]:

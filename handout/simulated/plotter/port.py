@@ -171,7 +171,7 @@ class SimulatedPlotter(InstrumentedPort):
         if self._closed or self._gone:
             raise PortError("The connection to the simulated plotter is lost: is it still plugged in and switched on?")
 
-    def executed(self) -> Drawing:
+    def executed_drawing(self) -> Drawing:
         """What the pen has drawn: strokes on the page, with the times at which they were executed."""
         return Drawing(tuple(self.paper.read_strokes(self.placement)), self.page)
 

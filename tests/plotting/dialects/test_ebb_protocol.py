@@ -65,7 +65,7 @@ def test_errors_are_said_in_words():
 
 @pytest.mark.parametrize(("text", "version"), [("2.8.1", (2, 8, 1)), ("3.0", (3, 0, 0)), ("", UNKNOWN), ("x", UNKNOWN)])
 def test_versions(text, version):
-    assert Version.of(text) == version
+    assert Version.from_text(text) == version
 
 
 def test_the_opening_sets_the_pen_and_goes_to_zero():
@@ -84,7 +84,7 @@ def test_the_servo_has_arrived_before_the_pen_is_taken_for_down():
 
 def test_a_pen_comes_down_as_slowly_as_it_is_told_to():
     pen = msgspec.structs.replace(PROFILE.pen, ramp=profiles.Time(0.4))
-    assert protocol.lifted(pen)[3] == b"SC,12,324\r"  # 5393 in 400 ms, a little more every 24 ms
+    assert protocol.prepare_pen(pen)[3] == b"SC,12,324\r"  # 5393 in 400 ms, a little more every 24 ms
     assert protocol.pen(True, pen) == b"SP,0,547\r"  # and what the profile waits for, after most of that
 
 

@@ -49,7 +49,7 @@ def test_a_file_sent_line_by_line_draws_the_drawing():
         port.write(line)
         answers.append(port.read(10.0).strip())
     assert set(answers) == {b"ok"}
-    assert len(port.executed().strokes) == len(drawing.strokes)
+    assert len(port.executed_drawing().strokes) == len(drawing.strokes)
 
 
 def test_zero_here_is_said_once_at_the_beginning():

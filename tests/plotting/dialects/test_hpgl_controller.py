@@ -30,7 +30,7 @@ def test_a_page_arrives_whole_whatever_the_buffer_and_the_wire(options):
     if "queue" in options:  # a plotter that takes in more vectors than others: its profile has to say so
         profile = msgspec.structs.replace(PROFILE, port=msgspec.structs.replace(PROFILE.port, queue=8))
     report = run(plan(DRAWING, profile), port, profile)
-    found = fidelity.compare(DRAWING, port.executed())
+    found = fidelity.compare(DRAWING, port.executed_drawing())
     assert port.lost_bytes == 0 and port.at_rest and not port.pen_is_down and port.firmware.error == 0
     assert found.deviation < 0.06
     if options in ("", "queue=8"):
@@ -48,7 +48,7 @@ def test_wherever_zero_is_and_however_coordinates_are_turned(origin, rotation):
     )
     port, said = open_port("sim:", profile), []
     run(plan(DRAWING, profile), port, profile, log=said.append)
-    assert fidelity.compare(DRAWING, port.executed()).deviation < 0.06
+    assert fidelity.compare(DRAWING, port.executed_drawing()).deviation < 0.06
     assert not any("less than the profile" in line for line in said)
 
 
@@ -58,14 +58,14 @@ def test_other_speeds_and_orders_are_announced_as_well():
         port = open_port("sim:", PROFILE)
         report = run(made, port, PROFILE)
         assert report.executed_s == pytest.approx(made.duration, rel=0.02)
-        assert len(port.executed().strokes) == len(DRAWING.strokes)
+        assert len(port.executed_drawing().strokes) == len(DRAWING.strokes)
 
 
 def test_the_plan_admits_that_the_timing_is_lost():
     port = open_port("sim:", PROFILE)
     run(PLAN, port, PROFILE)
-    found = fidelity.compare(DRAWING, port.executed())
-    predicted = fidelity.compare(PLAN.intended(), PLAN.predicted()).correlation
+    found = fidelity.compare(DRAWING, port.executed_drawing())
+    predicted = fidelity.compare(PLAN.intended_drawing(), PLAN.predicted_drawing()).correlation
     assert predicted < 0.8 and predicted == pytest.approx(found.correlation, abs=0.1)
     assert PLAN.stretched == pytest.approx(found.stretched, rel=0.02) and PLAN.stretched < 1.15
 
@@ -174,7 +174,7 @@ def test_view_holds_the_plot_and_says_so():
     report = run(PLAN, port, PROFILE, log=said.append)
     assert report.executed_s > report.announced_s + 2
     assert sum("VIEW" in line for line in said) == 1
-    assert fidelity.compare(DRAWING, port.executed()).deviation < 0.06
+    assert fidelity.compare(DRAWING, port.executed_drawing()).deviation < 0.06
 
 
 def test_no_paper_is_said_before_anything_moves():
@@ -182,7 +182,7 @@ def test_no_paper_is_said_before_anything_moves():
     port.firmware.alarm()
     with pytest.raises(DeviceAlarm, match="paper lever"):
         run(PLAN, port, PROFILE)
-    assert not port.executed().strokes
+    assert not port.executed_drawing().strokes
 
 
 def test_a_smaller_sheet_than_the_profile_says_is_refused():

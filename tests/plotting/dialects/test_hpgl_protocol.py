@@ -66,7 +66,7 @@ def test_a_path_comes_back_within_half_a_unit(meant):
     data = b"".join(command.data for command in commands)
     assert data.isascii() and re.fullmatch(rb"([A-Z]{2}[-0-9.,]*;)+", data)
     assert max(len(command.data) for command in commands) <= 40
-    back = drawn(protocol.read(data))
+    back = drawn(protocol.read_instructions(data))
     assert len(back) == len(meant)
     for (points, speed), (wanted, path) in zip(back, meant, strict=True):
         assert np.abs(np.array(points) - np.array(path) * PROFILE.limits.steps_per_mm).max() <= 0.5 + 1e-9
@@ -81,7 +81,7 @@ def test_every_block_is_done_by_one_command(meant):
     assert done == sorted(done) and done[0] == 0 and done[-1] == len(told)
     moves = 0
     for command in protocol.program(told, PROFILE):
-        moves += sum(len(instruction.points) for instruction in protocol.read(command.data))
+        moves += sum(len(instruction.points) for instruction in protocol.read_instructions(command.data))
         assert moves == sum(isinstance(block, MoveBlock) for block in told[: command.done])
 
 
@@ -135,7 +135,7 @@ def test_pens_and_rotation_are_those_of_the_profile():
 
 def test_a_velocity_is_not_repeated():
     data = b"".join(command.data for command in protocol.program(plan(page(words=4), PROFILE).blocks, PROFILE))
-    told = [numbers[0] for name, numbers in protocol.read(data) if name == "VS"]
+    told = [numbers[0] for name, numbers in protocol.read_instructions(data) if name == "VS"]
     assert told and all(a != b for a, b in itertools.pairwise(told))
     steps = np.array(told) / 0.38
     assert np.abs(steps - np.round(steps)).max() < 1e-6

@@ -93,7 +93,7 @@ def test_places_are_told_in_the_coordinates_of_the_program():
 def test_a_plot_is_drawn_as_meant(profile):
     port, said = open_port("sim:", profile), []
     report = run(plan(DRAWING, profile), port, profile, log=said.append)
-    assert fidelity.compare(DRAWING, port.executed()).deviation < 0.05
+    assert fidelity.compare(DRAWING, port.executed_drawing()).deviation < 0.05
     assert said == (["Homing: the plotter looks for its zero."] if profile.homing else [])
     assert "four times a second" in report.observation.unknown and port.at_rest and not port.pen_is_down
     assert abs(report.executed_s - report.announced_s) < 0.8  # it begins late, and is asked for its end
@@ -129,7 +129,7 @@ def test_what_breaks_off_is_gone_on_with(profile, way, error, said, tmp_path, mo
         runner.run_job(job, lambda: port, Nobody(), log=told.append)
     port.power_on() if error is DeviceSilent else port.replug()
     runner.run_job(job, lambda: port, Nobody(), log=told.append)
-    found = compare(DRAWING, port.executed().strokes)
+    found = compare(DRAWING, port.executed_drawing().strokes)
     assert found.missing == 0 and found.stray == 0 and found.dots == 0 and found.deviation < 0.1
     for words, fault in (
         ("Klipper was shut down (MCU 'mcu' shutdown: Timer too close); it is started", "alarm"),
@@ -143,7 +143,7 @@ def test_a_stall_and_slow_answers_only_take_time():
     for way in ("fault=stall&after=8", "fault=late&late=800ms&after=3", "latency=40ms"):
         port = open_port(f"sim:?{way}", SERVO)
         run(plan(DRAWING, SERVO), port, SERVO)
-        assert fidelity.compare(DRAWING, port.executed()).deviation < 0.05
+        assert fidelity.compare(DRAWING, port.executed_drawing()).deviation < 0.05
 
 
 def test_an_interrupt_lets_it_finish_what_it_has_in_hand():
@@ -217,7 +217,7 @@ def test_what_does_not_fit_is_refused_before_anything_moves(name, values, error,
     port = with_object("toolhead", **values)(SERVO)
     with pytest.raises(error, match=said):
         klipper.connect(port, replace(SERVO, pen=replace(SERVO.pen, name=name)), print)
-    assert port.at_rest and not port.executed().strokes
+    assert port.at_rest and not port.executed_drawing().strokes
 
 
 def test_an_axis_that_is_not_homed_is_not_moved():
@@ -342,7 +342,7 @@ def test_over_http_it_is_asked_and_drives(moonraker):
         controller.send(command.data)
     controller.finish()
     port.close()
-    assert controller.executed == controller.sent and len(server.port.executed().strokes) == 1
+    assert controller.executed == controller.sent and len(server.port.executed_drawing().strokes) == 1
 
 
 def test_a_connection_that_was_closed_while_nobody_asked_is_opened_again(moonraker, monkeypatch):
@@ -377,10 +377,12 @@ def test_a_web_socket_says_who_may_not_ask_and_not_how_moonraker_is():
     port = MoonrakerPort.__new__(MoonrakerPort)
     port.url = "moonraker://x"
     with pytest.raises(PortError, match="Moonraker at moonraker://x asks for a key"):
-        port._heard(UNAUTHORISED.decode())
-    assert port._heard('{"jsonrpc":"2.0","method":"notify_proc_stat_update","params":[{"cpu_temp":null}]}') == b""
+        port._hear_message(UNAUTHORISED.decode())
+    assert (
+        port._hear_message('{"jsonrpc":"2.0","method":"notify_proc_stat_update","params":[{"cpu_temp":null}]}') == b""
+    )
     for kind in ("klippy_shutdown", "gcode_response"):
-        assert port._heard(f'{{"jsonrpc":"2.0","method":"notify_{kind}"}}').endswith(b"}\n")
+        assert port._hear_message(f'{{"jsonrpc":"2.0","method":"notify_{kind}"}}').endswith(b"}\n")
 
 
 @pytest.mark.parametrize(

@@ -61,7 +61,7 @@ def test_commands_say_what_is_done_with_them():
 
 @given(st.integers(1, 10**7), st.text(st.characters(codec="ascii", exclude_characters="\n\r*"), max_size=60))
 def test_a_line_is_framed_with_the_xor_of_its_bytes(number, text):
-    line = protocol.framed(number, text.encode())
+    line = protocol.frame_line(number, text.encode())
     body, _, checksum = line.rpartition(b"*")
     sum_ = 0
     for byte in body:
@@ -71,7 +71,7 @@ def test_a_line_is_framed_with_the_xor_of_its_bytes(number, text):
 
 
 def test_a_known_line():
-    assert protocol.framed(3, b"T0\n") == b"N3 T0*57\n"  # the example of the protocol's description
+    assert protocol.frame_line(3, b"T0\n") == b"N3 T0*57\n"  # the example of the protocol's description
 
 
 @given(st.lists(st.tuples(st.floats(-500, 500), st.floats(-500, 500), st.floats(1, 60000)), max_size=30))
@@ -80,7 +80,7 @@ def test_moves_are_read_back_as_they_were_meant(moves):
     lines = [command.data for command in protocol.program([MoveBlock(*move) for move in moves], ON_Z)]
     blocks = [MoveBlock(*move) for move in moves]
     for line, block in zip(lines[:-1][-len(blocks) :] if moves else [], blocks, strict=True):
-        assert line.startswith(b"G1") and len(protocol.framed(10**6, line)) <= 70
+        assert line.startswith(b"G1") and len(protocol.frame_line(10**6, line)) <= 70
         state |= {letter: float(number) for letter, number in re.findall(r"([XYF])(-?[\d.]+)", line.decode())}
         assert state["X"] == pytest.approx(block.x, abs=5.1e-4) and state["Y"] == pytest.approx(block.y, abs=5.1e-4)
         assert state["F"] == pytest.approx(block.feed, abs=0.051)
@@ -148,16 +148,16 @@ def test_errors_have_plain_words():
 def test_what_may_still_be_in_the_queue():
     held = PlannerQueue(queue=2, steps=80)
     for number, line in enumerate([b"G21\n", b"G1X10Y10F600\n", b"G1X20\n", b"G1X30\n"], 1):
-        held.worked(line, number)
-    assert held.executed == 2 and held.seconds == pytest.approx(2.0)
-    held.worked(b"G1X30.05\n", 5)  # four steps make no block: their way is made with the next
-    assert held.executed == 2
-    held.worked(b"G1X30.1\n", 6)
-    assert held.executed == 3
+        held.note_worked(line, number)
+    assert held.executed_count == 2 and held.seconds == pytest.approx(2.0)
+    held.note_worked(b"G1X30.05\n", 5)  # four steps make no block: their way is made with the next
+    assert held.executed_count == 2
+    held.note_worked(b"G1X30.1\n", 6)
+    assert held.executed_count == 3
     held.at_most(1)
-    assert held.executed == 4  # the last block makes the ways of 5 and 6
-    held.worked(b"M400\n", 7)
-    assert held.executed == 7 and held.seconds == 0
+    assert held.executed_count == 4  # the last block makes the ways of 5 and 6
+    held.note_worked(b"M400\n", 7)
+    assert held.executed_count == 7 and held.seconds == 0
 
 
 def test_a_file_says_what_it_is_and_has_no_numbers():

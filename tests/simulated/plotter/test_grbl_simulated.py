@@ -205,7 +205,7 @@ def test_a_servo_that_is_not_waited_for_loses_the_beginning():
     def drawn(*wait):
         port = awake()
         say(port, "G0X10Y10", "M3S90", *wait, "G1X40F6000", "G4P0", "M3S40", "G4P0.2", patience=3)
-        return port.executed().strokes[0]
+        return port.executed_drawing().strokes[0]
 
     assert drawn("G4P0.15").length == pytest.approx(30, abs=0.05)
     assert drawn("G4P0.05").length < 27
@@ -214,7 +214,7 @@ def test_a_servo_that_is_not_waited_for_loses_the_beginning():
 def test_a_pen_dragged_along_is_seen():
     port = awake()
     say(port, "M3S90", "G4P0.2", "G1X10F6000", "M3S40", "X40", "G4P0", patience=3)
-    assert port.executed().strokes[0].length > 12
+    assert port.executed_drawing().strokes[0].length > 12
 
 
 def test_pen_on_the_z_axis():
@@ -223,7 +223,7 @@ def test_pen_on_the_z_axis():
     assert port.pen_is_down
     say(port, "X20", "G1Z2.5", "G4P0", patience=3)
     assert not port.pen_is_down
-    (stroke,) = port.executed().strokes
+    (stroke,) = port.executed_drawing().strokes
     assert stroke.length == pytest.approx(10, abs=0.02)
     assert stroke.xy[0] == pytest.approx([10, 210], abs=0.02)  # of a page as large as the bed
 
@@ -256,8 +256,8 @@ def test_on_a_real_clock_it_draws_as_on_its_own(name):
     real, virtual = SimulatedPlotter(profile, clock=Clock()), SimulatedPlotter(profile)
     reports = [run(made, port, profile) for port in (real, virtual)]
     assert reports[0].executed_s == pytest.approx(reports[1].executed_s, rel=0.02)
-    assert [len(s.t) for s in real.executed().strokes] == pytest.approx(
-        [len(s.t) for s in virtual.executed().strokes], rel=0.02
+    assert [len(s.t) for s in real.executed_drawing().strokes] == pytest.approx(
+        [len(s.t) for s in virtual.executed_drawing().strokes], rel=0.02
     )
 
 
@@ -268,7 +268,7 @@ def test_on_a_real_clock_it_goes_on_while_nobody_speaks_to_it():
     hear(port)
     port.write(b"G21G90\nM3S%d\nG4P0.3\nG1X10F600\nX20\n" % SERVO.pen.down)
     clock.sleep(60.0)
-    (stroke,) = port.executed().strokes if port.read(0.0).count(b"ok") == 5 else ()
+    (stroke,) = port.executed_drawing().strokes if port.read(0.0).count(b"ok") == 5 else ()
     assert stroke.length == pytest.approx(20, abs=0.05) and 3.0 < stroke.t[0] < 4.0 and stroke.t[-1] < 8.0
     assert port.time == pytest.approx(clock.now) == pytest.approx(port.now)
     begin = clock.now

@@ -87,7 +87,7 @@ def test_abort_drops_the_buffer_and_ends_the_vector():
 def test_a_line_is_clipped_with_the_pen_lifted_outside():
     port = plotter()
     assert ask(port, b"PU16000,100;PD17600,100,17600,300,16000,300;PU;OA;") == b"16000,300,0\r"
-    a, b = port.executed().strokes
+    a, b = port.executed_drawing().strokes
     assert np.allclose(a.xy[[0, -1], 0], [400.0, 420.0]) and np.allclose(b.xy[[0, -1], 0], [420.0, 400.0])
     assert port.firmware.error == 0
 
@@ -98,7 +98,7 @@ def test_rotation_turns_coordinates_and_not_the_paper():
     assert ask(turned, b"RO90;OH;").strip() == b"0,0,11880,16800"
     # a quarter turn: y of the paper is x of the instructions
     assert ask(turned, b"PU200,16700;PD200,16400;PU;OA;") == b"200,16400,0\r"
-    (a,), (b,) = straight.executed().strokes, turned.executed().strokes
+    (a,), (b,) = straight.executed_drawing().strokes, turned.executed_drawing().strokes
     assert np.allclose(a.xy[[0, -1]], b.xy[[0, -1]])
 
 

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from handout import profiles
 from handout.plotting import open_port, plan, run
-from handout.plotting.jobs.places import DrawnPlace, drawn, remaining
+from handout.plotting.jobs.places import DrawnPlace, remaining, take_drawn
 from handout.values import Drawing, Page, Stroke
 from handout_lab.ink_comparison import compare
 
@@ -25,7 +25,7 @@ def plotted():
     """The drawing as the machine draws it."""
     port = open_port("sim:", PROFILE)
     run(plan(DRAWING, PROFILE), port, PROFILE)
-    return port.executed()
+    return port.executed_drawing()
 
 
 def test_all_of_it(plotted):
@@ -53,7 +53,7 @@ def test_pieces(plotted, data):
     t = data.draw(st.floats(0.1, 0.9)) * (stroke.t[-1] - stroke.t[0]) + stroke.t[0]
     dt = data.draw(st.floats(-0.08, 0.08)) * (stroke.t[-1] - stroke.t[0])
     one = Drawing((stroke,), DRAWING.page)
-    first, second = drawn(one, DrawnPlace(0, t)), remaining(one, DrawnPlace(0, t + dt))
+    first, second = take_drawn(one, DrawnPlace(0, t)), remaining(one, DrawnPlace(0, t + dt))
     others = [s for at, s in enumerate(plotted.strokes) if at != index]
     told = compare(DRAWING, [*others, *first.strokes, *second.strokes])
     intended, clock = DRAWING.strokes[index], stroke.t - stroke.t[0]
@@ -73,7 +73,7 @@ def test_a_line_that_goes_back_on_itself():
     there_and_back = Stroke(t, np.stack([50 - 40 * np.abs(2 * t - 1), np.full(101, 20.0)], axis=1))
     drawing = Drawing((there_and_back,), Page(100, 40))
     assert compare(drawing, drawing.strokes).missing == 0
-    half = drawn(drawing, DrawnPlace(0, 0.5)).strokes
+    half = take_drawn(drawing, DrawnPlace(0, 0.5)).strokes
     told = compare(drawing, half)
     assert told.missing == pytest.approx(40, abs=0.1) and told.doubled == 0 and told.stray == 0
     both = compare(drawing, [*half, *half])

@@ -185,9 +185,9 @@ def test_what_is_planned_is_executed(limits, rms):
     drawing = page(words=4)
     made, port = plan(drawing, profile), open_port("sim:", profile)
     report = run(made, port, profile)
-    found = fidelity.compare(drawing, port.executed())
+    found = fidelity.compare(drawing, port.executed_drawing())
     assert report.executed_s == pytest.approx(made.duration, rel=0.03)
     assert found.deviation < 0.06 and found.rms < rms
-    predicted = fidelity.compare(made.intended(), made.predicted())
+    predicted = fidelity.compare(made.intended_drawing(), made.predicted_drawing())
     assert found.rms == pytest.approx(predicted.rms, abs=0.01)
     assert report.stretched == pytest.approx(made.stretched, abs=0.01)

@@ -110,7 +110,7 @@ def test_nothing_is_drawn_by_pushing():
     hear(port, 5)
     port.power_on()
     port.stand_at_zero()
-    (stroke,) = port.executed().strokes
+    (stroke,) = port.executed_drawing().strokes
     assert stroke.length == pytest.approx(10, abs=0.02)
 
 

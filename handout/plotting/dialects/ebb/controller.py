@@ -56,7 +56,7 @@ class EbbController(BaseController):
 
     def __init__(self, port: Port, profile: Plotter, log: Log) -> None:
         super().__init__(profile, log)
-        self.conversation = EbbConversation(port, profile.port.timeout, log, self._answered)
+        self.conversation = EbbConversation(port, profile.port.timeout, log, self._note_answer)
         self._moves: deque[int] = deque(maxlen=QUEUE + 2)  # numbers of motions that were answered
         self._stopped = False
         self._watches_button = self._pressed = False
@@ -95,12 +95,12 @@ class EbbController(BaseController):
         self._since_pen += 1
         if data.startswith((_LOWER, _LIFT)):
             self._since_pen, self._up = 0, data.startswith(_LIFT)
-        self.conversation.put(data, self.sent)
+        self.conversation.send_request(data, self.sent)
         self.sent += 1
         if self.version >= MOTION and self.sent % _LOOK == 0:
-            self.conversation.put(self._look_at)
+            self.conversation.send_request(self._look_at)
         if self.version >= CURRENT and self.sent % _FEEL == 0:
-            self.conversation.put(b"QC\r")
+            self.conversation.send_request(b"QC\r")
         self._check_button(self.sent % _TOUCH == 0)
 
     @property
@@ -111,7 +111,7 @@ class EbbController(BaseController):
     def wait(self) -> None:
         """Hear the next answer; if none is open, ask what the board is doing."""
         if not self.conversation.open:
-            self.conversation.put(self._look_at if self.version >= MOTION else REST)
+            self.conversation.send_request(self._look_at if self.version >= MOTION else REST)
         self._check_button(False)
         self.conversation.hear()
 
@@ -122,17 +122,17 @@ class EbbController(BaseController):
         """
         self._watches_button = self.version >= BUTTON
         self._look_at = b"QG\r" if self.version >= FLAGS else b"QM\r"
-        self.pressed()
+        self.was_button_pressed()
 
     def _check_button(self, ask: bool) -> None:
         """Look at the button, now and then."""
         if self._watches_button and ask and self.version < FLAGS:
-            self.conversation.put(b"QB\r")
+            self.conversation.send_request(b"QB\r")
         if self._watches_button and self._pressed:
             self._pressed = False
             raise ButtonPressed
 
-    def pressed(self) -> bool:
+    def was_button_pressed(self) -> bool:
         """Whether it was pressed; asked a moment after the last answer, for a person takes longer than that."""
         if self.version < BUTTON:
             return False
@@ -179,9 +179,9 @@ class EbbController(BaseController):
         """Ask for the pen's state; the answer is that of the last pen command that has been begun."""
         if self.version >= POSITION and self._up is not None:
             self._pens.append(self._up)
-            self.conversation.put(b"QP\r")
+            self.conversation.send_request(b"QP\r")
 
-    def _answered(self, asked: Asked, numbers: tuple[int, ...]) -> None:
+    def _note_answer(self, asked: Asked, numbers: tuple[int, ...]) -> None:
         """Note an answer; anything but a question is a command of the program, or a rest that asked."""
         if asked.name == "QB":
             self._pressed |= numbers[:1] == (1,)
@@ -260,11 +260,11 @@ class EbbController(BaseController):
         self._travel(Motors(self.profile, self._steps()), np.array([x, y]))
 
     def _travel(self, motors: Motors, there: Array) -> None:
-        self._ask_all(protocol.lifted(self.profile.pen))
-        for _, data in motors.run(time_slices.travel(motors.place, there, self.profile)):
+        self._ask_all(protocol.prepare_pen(self.profile.pen))
+        for _, data in motors.command_moves(time_slices.travel(motors.place, there, self.profile)):
             while len(self.conversation.open) >= self._open:
                 self.conversation.hear()
-            self.conversation.put(data)
+            self.conversation.send_request(data)
         self.conversation.drain()
         self.conversation.settle()
 
@@ -286,7 +286,7 @@ class EbbController(BaseController):
     def _stop_and_lift(self) -> None:
         conversation, self._stopped = self.conversation, True
         stop = b"ES\r" if self.version >= STOP else b""
-        conversation.port.write(b"".join([stop, *protocol.lifted(self.profile.pen), b"V\r"]))
+        conversation.port.write(b"".join([stop, *protocol.prepare_pen(self.profile.pen), b"V\r"]))
         patience = conversation.timeout + sum(asked.seconds for asked in conversation.open) + self.profile.pen.up_time
         for replies in conversation.listen(patience):  # all answers up to the one to V are passed over
             if any(isinstance(reply, About) for reply in replies):

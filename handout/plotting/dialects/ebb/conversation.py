@@ -15,7 +15,7 @@ import msgspec
 
 from handout.errors import DeviceAlarm, DeviceGarbled, DeviceSilent
 from handout.plotting.dialect import Log
-from handout.plotting.dialects.base import GLANCE, Conversation, unanswered
+from handout.plotting.dialects.base import GLANCE, Conversation, silence_error
 from handout.plotting.dialects.ebb import protocol
 from handout.plotting.dialects.ebb.protocol import About, Error, Note, Ok, Reply, Values
 from handout.plotting.dialects.ebb.stepping import CURRENT, ENABLED, MOTION, POSITION, SIGNED, UNKNOWN
@@ -76,7 +76,7 @@ class EbbConversation(Conversation[Reply]):
         self._numbers: tuple[int, ...] = ()
         self._recent: deque[float] = deque([0.0], maxlen=_RECENT)
 
-    def put(self, data: bytes, number: int = -1) -> None:
+    def send_request(self, data: bytes, number: int = -1) -> None:
         """Send a command or a question."""
         self.port.write(data)
         name = data[:-1].split(b",")[0].decode("ascii")
@@ -87,11 +87,11 @@ class EbbConversation(Conversation[Reply]):
         most, glance = self.allowance, self.glance
         end = self.time + most
         while self.time < end:
-            if self.heed(glance):
+            if self.heed_answers(glance):
                 return
-        raise unanswered(f"{most:.0f}")
+        raise silence_error(f"{most:.0f}")
 
-    def heed(self, patience: float) -> bool:
+    def heed_answers(self, patience: float) -> bool:
         """Act on what is said within `patience` s; whether anything was."""
         replies = self.replies(patience)
         for reply in replies:
@@ -105,7 +105,7 @@ class EbbConversation(Conversation[Reply]):
 
     def ask(self, data: bytes) -> tuple[int, ...]:
         """Send something and wait until it and all before it is answered; the numbers that came with its answer."""
-        self.put(data)
+        self.send_request(data)
         self.drain()
         return self._numbers
 
@@ -191,7 +191,7 @@ class EbbConversation(Conversation[Reply]):
                     f"The plotter is still busy {waited:.0f} s after its last command, which was to take less: a "
                     f"command came over wrong. {_GARBLED}"
                 )
-            self.heed(_MOMENT)
+            self.heed_answers(_MOMENT)
 
     def ask_power(self) -> None:
         """See that the motors have power."""

@@ -140,11 +140,11 @@ def _rate(way: float, seconds: float, period: float) -> int:
 
 def set_pen(profile: PenProfile, value: float) -> list[bytes]:
     """The pen goes to a length of its pulse; see `dialect.Dialect`."""
-    there = pen_lift.at(profile, value)
+    there = pen_lift.lower_at_once(profile, value)
     return [*reach(profile), command("SC", 5, round(value)), pen(True, there)]
 
 
-def lifted(profile: PenProfile) -> list[bytes]:
+def prepare_pen(profile: PenProfile) -> list[bytes]:
     """Set how high and how fast the pen goes, which a board forgets when it restarts, and lift it."""
     return [*reach(profile), pen(False, profile)]
 
@@ -164,10 +164,10 @@ def reach(profile: PenProfile) -> list[bytes]:
 
 def opening(profile: Plotter) -> list[bytes]:
     """Lift the pen, and bring the carriage to its zero, for all moves are relative to where it stands."""
-    if Version.of(profile.firmware) < HOME:  # zero is wherever it stands
-        return lifted(profile.pen)
+    if Version.from_text(profile.firmware) < HOME:  # zero is wherever it stands
+        return prepare_pen(profile.pen)
     home = command("HM", round(_HOME_SPEED * profile.limits.steps_per_mm))
-    return [*lifted(profile.pen), command("CS") if profile.bed.zero == "here" else home]
+    return [*prepare_pen(profile.pen), command("CS") if profile.bed.zero == "here" else home]
 
 
 def program(blocks: Sequence[Block], profile: Plotter) -> Iterator[Command]:
@@ -190,8 +190,8 @@ def program(blocks: Sequence[Block], profile: Plotter) -> Iterator[Command]:
     while index < len(blocks):
         block = blocks[index]
         if isinstance(block, Timed):
-            run = _run(blocks, index)
-            for offset, data in motors.run(run):
+            run = _take_moves(blocks, index)
+            for offset, data in motors.command_moves(run):
                 if (value := run[offset].servo) is not None:
                     yield Command(command("S2", round(value), pin, 0, 0), index + offset)
                 yield Command(data, index + offset + 1)
@@ -231,7 +231,7 @@ def _ending(told: Sequence[bytes], done: int) -> Iterator[Command]:
     yield from (Command(data, done if data is told[-1] else done - 1) for data in told)
 
 
-def _run(blocks: Sequence[Block], first: int) -> list[Timed]:
+def _take_moves(blocks: Sequence[Block], first: int) -> list[Timed]:
     """The timed moves in a row that begin at `first`."""
     run = []
     for block in blocks[first:]:

@@ -34,7 +34,7 @@ class Version(NamedTuple):
     patch: int
 
     @classmethod
-    def of(cls, text: str) -> Version:
+    def from_text(cls, text: str) -> Version:
         """From "2.8.1"; unknown from anything else."""
         match = re.fullmatch(r"(\d+)\.(\d+)(?:\.(\d+))?", text)
         return cls(*(int(part or 0) for part in match.groups())) if match else UNKNOWN
@@ -43,7 +43,7 @@ class Version(NamedTuple):
     def from_answer(cls, text: str) -> Version | None:
         """From what the board answers to V, such as "EBBv13_and_above EB Firmware Version 2.8.1"."""
         match = re.search(r"Firmware Version (\d+\.\d+(?:\.\d+)?)", text)
-        return cls.of(match.group(1)) if match else None
+        return cls.from_text(match.group(1)) if match else None
 
     def __str__(self) -> str:
         return f"{self.major}.{self.minor}.{self.patch}"
@@ -88,21 +88,21 @@ class Axis:
         """The accumulator starts anew."""
         self.filled = 0
 
-    def counted(self, goal: float) -> int:
+    def count_steps(self, goal: float) -> int:
         """Steps of a move that is told by its steps."""
         steps = round(goal) - self.at
         self.at += steps
         return steps
 
-    def timed(self, part: Slice, ticks: int, clear: bool) -> tuple[int, int]:
+    def find_rate(self, part: Slice, ticks: int, clear: bool) -> tuple[int, int]:
         """Rate and acceleration of a move that is told by its time; the accumulator does as the board's will.
 
         The half step lets a motor stand on the step that is nearest to where it should be.
         """
-        way = 1 if self._needed(part.end, 1) >= 0 else -1
+        way = 1 if self._steps_needed(part.end, 1) >= 0 else -1
         if clear:
             self.filled = _FASTEST if self.signed and way < 0 else 0
-        needed = self._needed(part.end, way)
+        needed = self._steps_needed(part.end, way)
         if self.signed and not clear:
             rate, gain = _ramp(needed, part, ticks, crossing=True)
         else:
@@ -114,7 +114,7 @@ class Axis:
         self.filled = (self.filled + grown) % WHOLE
         return rate, gain
 
-    def _needed(self, goal: float, way: int) -> float:
+    def _steps_needed(self, goal: float, way: int) -> float:
         """Steps from where the accumulator is to the goal, when the motor turns that way."""
         share = self.filled / WHOLE - 0.5
         return goal - self.at - (share if self.signed else way * share)
@@ -162,7 +162,7 @@ class Motors:
     """
 
     def __init__(self, profile: Plotter, begin: tuple[int, int] = (0, 0)) -> None:
-        self.version = Version.of(profile.firmware)
+        self.version = Version.from_text(profile.firmware)
         self.mix = mixing(profile)
         self.axes = [Axis(self.version >= SIGNED) for _ in range(2)]
         for axis, at in zip(self.axes, begin, strict=True):
@@ -170,7 +170,7 @@ class Motors:
         self.place = np.linalg.solve(self.mix, np.array(begin, dtype=float))
         self._clock, self._written = 0.0, 0  # s; ticks or ms that were told so far
 
-    def run(self, moves: Sequence[Timed]) -> Iterator[tuple[int, bytes]]:
+    def command_moves(self, moves: Sequence[Timed]) -> Iterator[tuple[int, bytes]]:
         """The commands of moves in a row that begin and end at rest, each with the number of its move."""
         xy = np.array([self.place, *((move.x, move.y) for move in moves)])
         seconds = np.array([move.seconds for move in moves])
@@ -198,17 +198,17 @@ class Motors:
         """One move, in so many ms or ticks."""
         pairs = list(zip(self.axes, parts, strict=True))
         if self.version < STEPS:
-            steps_1, steps_2 = (axis.counted(part.end) for axis, part in pairs)
+            steps_1, steps_2 = (axis.count_steps(part.end) for axis, part in pairs)
             return f"SM,{whole},{steps_1},{steps_2}\r".encode("ascii")
         if self.version < TIME:
             numbers: list[int] = []
             for axis, part in pairs:
-                steps = axis.counted(part.end)
+                steps = axis.count_steps(part.end)
                 numbers += [*_counted_ramp(steps, part, whole)] if steps else [0, 0, 0]
             stands = numbers[1] == numbers[4] == 0
             text = f"LM,{','.join(map(str, numbers))}\r"
         else:
-            (r1, a1), (r2, a2) = (axis.timed(part, whole, first) for axis, part in pairs)
+            (r1, a1), (r2, a2) = (axis.find_rate(part, whole, first) for axis, part in pairs)
             stands = not (r1 or a1 or r2 or a2)
             text = f"LT,{whole},{r1},{a1},{r2},{a2}{',3' if first else ''}\r"
         if stands:
@@ -264,12 +264,12 @@ class StepCounter:
         elif name == "LM":
             self._add([numbers[1], numbers[4]])
         elif name == "LT":
-            self._add([self._timed(axis, numbers) for axis in (0, 1)])
+            self._add([self._count_timed(axis, numbers) for axis in (0, 1)])
 
     def _add(self, steps: list[int]) -> None:
         self.steps = [a + b for a, b in zip(self.steps, steps, strict=True)]
 
-    def _timed(self, axis: int, numbers: list[int]) -> int:
+    def _count_timed(self, axis: int, numbers: list[int]) -> int:
         """Steps that a motor makes in a time."""
         ticks, rate, gain = numbers[0], numbers[1 + 2 * axis], numbers[2 + 2 * axis]
         if len(numbers) > 5:

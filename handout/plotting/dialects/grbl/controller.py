@@ -55,7 +55,7 @@ class GrblController(BaseController):
             self._looks.append(self.sent - 1)  # the pen moves: what it did until then must have been seen
         self._knows = True  # whoever begins a plot vouches for its zero
         self.sent += 1
-        self.conversation.send(Sent(self.sent - 1, data), self._acknowledged)
+        self.conversation.send(Sent(self.sent - 1, data), self._note_acknowledged)
         if self.sent % _OFTEN == 0:
             self.conversation.ask_status()
 
@@ -69,15 +69,15 @@ class GrblController(BaseController):
         if self.taken >= self._heard + _OFTEN:
             self._heard = self.taken
             self.conversation.ask_status()
-        self.conversation.hear(self._acknowledged, _SOON)
+        self.conversation.hear(self._note_acknowledged, _SOON)
 
     def finish(self) -> None:
         """Wait until the last line is acknowledged, and it says that it stands where it should."""
-        self.conversation.drain(self._acknowledged)
+        self.conversation.drain(self._note_acknowledged)
         while self.executed < self.taken:
             self.wait()
 
-    def _acknowledged(self, sent: Sent) -> None:
+    def _note_acknowledged(self, sent: Sent) -> None:
         self.taken = sent.number + 1
         if self._looks and self._looks[0] <= sent.number:
             self._looks.popleft()
@@ -208,13 +208,13 @@ class GrblController(BaseController):
                 for reply in conversation.attend():
                     if not isinstance(reply, Status) or reply.state == "Run" or reply.detail == "1":
                         continue
-                    return self._stopped(reply)
+                    return self._count_executed(reply)
                 conversation.replies(_MOMENT)
         except DeviceSilent:  # after an alarm it hears nothing but the reset
             self._knows = False
         return None
 
-    def _stopped(self, status: Status) -> Place | None:
+    def _count_executed(self, status: Status) -> Place | None:
         """Count what has been executed when it stands; returns its place if it still knows it."""
         self._knows &= status.state in ("Hold", "Idle") and not self.conversation.restarted
         place = self._place(status) if self._knows else None

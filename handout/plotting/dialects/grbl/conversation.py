@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 from handout.errors import DeviceAlarm, DeviceGarbled, DeviceHeld, DeviceSilent
 from handout.plotting.dialect import Log
-from handout.plotting.dialects.base import GLANCE, RESTARTED, Conversation, never_answered, unanswered
+from handout.plotting.dialects.base import GLANCE, RESTARTED, Conversation, never_answered, silence_error
 from handout.plotting.dialects.grbl import protocol
 from handout.plotting.dialects.grbl.protocol import Alarm, Banner, Error, Ok, Reply, Status
 from handout.plotting.ports import Port
@@ -121,7 +121,7 @@ class GrblConversation(Conversation[Reply]):
                 return replies
             self._asked = True
             self.port.write(protocol.STATUS)
-        raise unanswered(f"{self.timeout:g}")
+        raise silence_error(f"{self.timeout:g}")
 
     def hear(self, acknowledged: Callable[[Sent], None], glance: float = GLANCE) -> None:
         """Wait for the next replies and heed them; a controller that says nothing is asked for its state."""

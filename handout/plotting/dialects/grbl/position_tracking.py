@@ -65,7 +65,7 @@ class PositionTracking:
         """A command is sent; whether it moves the pen."""
         letters = {match.group(1): float(match.group(2)) for match in _WORD.finditer(line)}
         codes = {match.group(0) for match in _WORD.finditer(line) if match.group(1) in b"GM"}
-        before, power = self.at, self._shown()
+        before, power = self.at, self._reported_value()
         self._relative = (self._relative or b"G91" in codes) and b"G90" not in codes
         if b"G4" not in codes:
             axes = zip((b"X", b"Y", b"Z"), before, strict=True)
@@ -76,10 +76,10 @@ class PositionTracking:
         self._on = (self._on or b"M3" in codes) and b"M5" not in codes
         self._power = letters.get(b"S", self._power)
         moves = max(abs(a - b) for a, b in zip(before, self.at, strict=True)) > _NEAR
-        self._ways.append(TrackedMove(number, before, self.at, (power, self._shown()), moves))
-        return power != self._shown() or before[2] != self.at[2]
+        self._ways.append(TrackedMove(number, before, self.at, (power, self._reported_value()), moves))
+        return power != self._reported_value() or before[2] != self.at[2]
 
-    def _shown(self) -> float:
+    def _reported_value(self) -> float:
         """The value of the spindle as it is reported."""
         least, greatest = self._span
         return float(round(min(max(self._power, least), greatest))) if self._on and self._power > 0 else 0.0
@@ -93,7 +93,7 @@ class PositionTracking:
         """How many of the commands from one number to before another move."""
         return sum(way.moves for way in self._ways if first <= way.number < end)
 
-    def _behind(self, taken: int, in_hand: int) -> int:
+    def _count_executed(self, taken: int, in_hand: int) -> int:
         """How many commands have been executed, if of those taken at most so many moves are still in its hands."""
         moves = 0
         for way in reversed(self._ways):
@@ -120,7 +120,7 @@ class PositionTracking:
         if not near.any():  # the beginning of a stray way, perhaps
             return self._ways[0].number
         first = self._ways[int(np.argmax(near))]
-        executed = max(first.number, self._behind(taken, in_hand))
+        executed = max(first.number, self._count_executed(taken, in_hand))
         self._prove(executed, first)
         return executed
 

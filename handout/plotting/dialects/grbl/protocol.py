@@ -194,7 +194,7 @@ def set_place(place: tuple[float, float, float]) -> bytes:
 
 def set_pen(profile: PenProfile, value: float) -> list[bytes]:
     """The pen goes to a value or a height; see `dialect.Dialect`."""
-    return [*MODES, *pen(True, pen_lift.at(profile, value)), STANDING]
+    return [*MODES, *pen(True, pen_lift.lower_at_once(profile, value)), STANDING]
 
 
 def pause(seconds: float) -> bytes:
@@ -236,17 +236,17 @@ class _Program(gcode.Program):
         if profile.lift == "command":  # whose lines may change all of it
             self.at, self.motion = {}, ""
         self.feed = self.feed if profile.lift == "servo" else ""
-        return lines if profile.lift == "servo" else [*self._back(), *lines]
+        return lines if profile.lift == "servo" else [*self._restore_absolute(), *lines]
 
     def obey(self, block: UserLines) -> list[bytes]:
         self.at, self.motion, self.feed = {}, "", ""
-        return [*self._back(), *super().obey(block)]
+        return [*self._restore_absolute(), *super().obey(block)]
 
     def close(self) -> list[bytes]:
         """M2 and M30 are left out: they would drop the pen."""
-        return [*self._back(), STANDING]
+        return [*self._restore_absolute(), STANDING]
 
-    def _back(self) -> list[bytes]:
+    def _restore_absolute(self) -> list[bytes]:
         """Return to absolute coordinates."""
         relative, self.relative = self.relative, False
         return [b"G90\n"] if relative else []

@@ -19,7 +19,7 @@ def file(plan: Plan, profile: Plotter) -> bytes:
 
 def set_pen(pen: PenLift, value: float) -> list[bytes]:
     """There are no heights: InputError."""
-    pen_lift.at(pen, value)
+    pen_lift.lower_at_once(pen, value)
     return []
 
 

@@ -44,7 +44,7 @@ class PenPosition:
 
     def send(self, data: bytes) -> None:
         """Follow instructions that are sent; relative places continue from the last one."""
-        for instruction in protocol.read(data):
+        for instruction in protocol.read_instructions(data):
             for x, y in instruction.points if instruction.name in ("PA", "PU", "PD", "PR") else []:
                 before = self.at if instruction.name == "PR" and self.at is not None else (0, 0)
                 self.at = round(before[0] + x), round(before[1] + y)
@@ -91,7 +91,7 @@ class HpglController(BaseController):
         conversation.ask(protocol.ERROR)
         self.model = conversation.hear(protocol.WHO).decode("ascii", "replace")
         self.port.write(b"".join(protocol.rotate(self.profile)))
-        self.profile = _within(self.profile, conversation.ask(protocol.LIMITS, count=4), self.size, self.log)
+        self.profile = _limit_profile(self.profile, conversation.ask(protocol.LIMITS, count=4), self.size, self.log)
         self.clear_start()
         self.drop()
 
@@ -106,7 +106,9 @@ class HpglController(BaseController):
         self.sent += 1
         self._bytes += len(data)
         self._room -= len(data)
-        self._ends.append((self._bytes, sum(len(instruction.points) for instruction in protocol.read(data))))
+        self._ends.append(
+            (self._bytes, sum(len(instruction.points) for instruction in protocol.read_instructions(data)))
+        )
         if data == protocol.START:
             self.clear_start()
             self.conversation.restarted = False
@@ -268,7 +270,7 @@ class HpglController(BaseController):
         return min(_RESERVE, self.size // 4)
 
 
-def _within(profile: Plotter, limits: tuple[float, ...], size: int, log: Log) -> Plotter:
+def _limit_profile(profile: Plotter, limits: tuple[float, ...], size: int, log: Log) -> Plotter:
     """The profile with the size of the plotter's buffer, and its bed where that is smaller."""
     bed = profile.bed
     per_mm = profile.limits.steps_per_mm

@@ -59,7 +59,7 @@ class Instruction(NamedTuple):
         return list(zip(self.numbers[::2], self.numbers[1::2], strict=False))
 
 
-def read(data: bytes) -> list[Instruction]:
+def read_instructions(data: bytes) -> list[Instruction]:
     """The instructions in some bytes, such as a file."""
     text = data.decode("ascii", "replace")
     return [Instruction(name, tuple(map(float, _NUMBER.findall(rest)))) for name, rest in _INSTRUCTION.findall(text)]
@@ -137,7 +137,7 @@ def program(blocks: Sequence[Block], profile: Plotter, *, absolute: bool = False
         if isinstance(block, PenBlock):
             yield Command(stroke.turn(block.down), index + 1)
         elif isinstance(block, UserLines):
-            yield Command(stroke.told(block), index + 1)
+            yield Command(stroke.write_user_lines(block), index + 1)
         elif isinstance(block, MoveBlock):
             if not stroke.down:
                 yield Command(stroke.travel(block), index + 1)
@@ -175,7 +175,7 @@ class _Stroke:
         self.down = down
         return (PEN_DOWN if down else PEN_UP) * (1 if self.absolute else 2)
 
-    def told(self, block: UserLines) -> bytes:
+    def write_user_lines(self, block: UserLines) -> bytes:
         """Instructions of the user's own, which may change velocity and place; and back to where it stood."""
         self._speed = ""
         there = [] if self._unit is None else ["PA{},{}".format(*self._unit)]

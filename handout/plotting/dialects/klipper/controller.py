@@ -156,7 +156,7 @@ class KlipperController(BaseController):
         begin, end = (np.array(ends) for ends in zip(*((way.begin, way.end) for way in ways), strict=True))
         off = distance_to_lines(np.array(place), begin, end)
         if off.min() > _FAR and not any(way.free for way in ways):
-            raise _strayed(place)
+            raise _stray_error(place)
         near = np.flatnonzero(off <= _NEAR)
         self._count(ways[int(near[0])].number if len(near) else ways[0].number)
         self.listener(StateReport(self.taken, self.executed, None, place))
@@ -192,7 +192,7 @@ class KlipperController(BaseController):
             self._look(told)
         place = self.conversation.status().end  # the other one may be a quarter of a second old
         if place is not None and self._ways and not self._astray and math.dist(place, self._at) > _FAR:
-            raise _strayed(place)
+            raise _stray_error(place)
         self._count(self.sent)
         self._prove()
         self.listener(StateReport(self.taken, self.executed))
@@ -220,32 +220,32 @@ class KlipperController(BaseController):
         told = self.conversation.status()
         return told.end if {"x", "y"} <= set(told.homed) else None
 
-    def _do(self, lines: list[bytes]) -> None:
+    def _obey_lines(self, lines: list[bytes]) -> None:
         """Have lines obeyed that are no part of a program, and wait until it stands."""
         self.conversation.ask(b"".join([*lines, protocol.STANDING]))
         self._ways = None
 
     def zero(self) -> None:
         """``SET_KINEMATIC_POSITION``, which it forgets when it starts anew."""
-        self._do(list(protocol.HERE))
+        self._obey_lines(list(protocol.HERE))
 
     def level(self) -> None:
         """``G92``, which it forgets when it starts anew or is homed."""
-        self._do([protocol.LEVEL])
+        self._obey_lines([protocol.LEVEL])
 
     def home(self) -> None:
         """Lift the pen, and find the zero of X and Y by the switches."""
         self.log("Homing: the plotter looks for its zero.")
-        self._do(protocol.homing(self.profile))
+        self._obey_lines(protocol.homing(self.profile))
 
     def go(self, x: float, y: float) -> None:
         """Lift the pen and travel."""
         move = gcode.move(x, y, float(self.profile.limits.travel_speed))
-        self._do([*protocol.MODES, *protocol.pen(False, self.profile.pen), move])
+        self._obey_lines([*protocol.MODES, *protocol.pen(False, self.profile.pen), move])
 
     def pen(self, down: bool) -> None:
         """Move the pen as between two strokes."""
-        self._do([*protocol.MODES[:2], *protocol.pen(down, self.profile.pen)])
+        self._obey_lines([*protocol.MODES[:2], *protocol.pen(down, self.profile.pen)])
 
     def jog(self, dx: float, dy: float) -> None:
         """Travel from where it is; Klipper moves no axis whose place it does not know."""
@@ -256,7 +256,7 @@ class KlipperController(BaseController):
 
     def release(self) -> None:
         """``M84``; it no longer knows its place then."""
-        self._do([protocol.RELEASE])
+        self._obey_lines([protocol.RELEASE])
 
     def halt(self) -> None:
         """As of any; what Klipper had in hand when it fell is lost."""
@@ -272,7 +272,7 @@ class KlipperController(BaseController):
         if self.conversation.fallen:
             raise DeviceAlarm("Klipper has stopped.")
         if self._runs_out():
-            self._do([*protocol.MODES[:2], *protocol.pen(False, self.profile.pen)])
+            self._obey_lines([*protocol.MODES[:2], *protocol.pen(False, self.profile.pen)])
 
     def _runs_out(self) -> bool:
         """Let it finish, and count what it has drawn; False if somebody interrupts again, and it is shut down."""
@@ -308,7 +308,7 @@ class KlipperController(BaseController):
         return True
 
 
-def _strayed(place: Place) -> DeviceGarbled:
+def _stray_error(place: Place) -> DeviceGarbled:
     return DeviceGarbled(
         f"Klipper is at {place[0]:.1f}, {place[1]:.1f} mm and not on its way: another program has moved it or has made "
         "its coordinates relative (G91), or it corrects skew (SET_SKEW CLEAR=1)."

@@ -12,7 +12,7 @@ from typing import Any
 
 from handout.errors import DeviceAlarm, DeviceSilent
 from handout.plotting.dialect import Log
-from handout.plotting.dialects.base import Conversation, never_answered, unanswered
+from handout.plotting.dialects.base import Conversation, never_answered, silence_error
 from handout.plotting.dialects.klipper import protocol
 from handout.plotting.dialects.klipper.protocol import Answer, Failure, Notice, Reply, Status
 from handout.plotting.ports import Port
@@ -68,15 +68,15 @@ class MoonrakerConversation(Conversation[Reply]):
         if not replies:
             self._quiet += self.time - begun
             if self._quiet > self.timeout:
-                raise unanswered(f"{self._quiet:g}")
+                raise silence_error(f"{self._quiet:g}")
             if self._quiet - self._asked >= _AGAIN:
                 self._asked, self._question = self._quiet, 0
             self.ask_status()
             return []
         self._quiet = self._asked = 0.0
-        return [told for reply in replies if (told := self._heed(reply)) is not None]
+        return [told for reply in replies if (told := self._heed_reply(reply)) is not None]
 
-    def _heed(self, reply: Reply) -> Status | None:
+    def _heed_reply(self, reply: Reply) -> Status | None:
         if isinstance(reply, Notice):
             self._note(reply)
         elif isinstance(reply, Failure):
@@ -130,7 +130,7 @@ class MoonrakerConversation(Conversation[Reply]):
             self.ask_status()
             if told := self.hear(self.glance):
                 return told[-1]
-        raise unanswered(f"{self.timeout:g}")
+        raise silence_error(f"{self.timeout:g}")
 
     def finish_script(self) -> list[Status]:
         """Wait until the script under way is answered; what it says of itself meanwhile."""

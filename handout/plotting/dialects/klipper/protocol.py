@@ -151,7 +151,7 @@ def pen(down: bool, profile: PenProfile) -> list[bytes]:
 
 def set_pen(profile: PenProfile, value: float) -> list[bytes]:
     """The pen goes to a value or a height; see `dialect.Dialect`."""
-    return [*MODES[:2], *pen(True, pen_lift.at(profile, value)), STANDING]
+    return [*MODES[:2], *pen(True, pen_lift.lower_at_once(profile, value)), STANDING]
 
 
 def homing(profile: Plotter) -> list[bytes]:

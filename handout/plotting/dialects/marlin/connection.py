@@ -66,17 +66,17 @@ def number(conversation: MarlinConversation, patience: float, before: Sequence[R
     """Set the number of the next line; returns all replies."""
     end, replies = conversation.time + patience, list[Reply]()
     while conversation.time < end:
-        conversation.port.write(b"\n" + protocol.framed(_FIRST, protocol.NUMBER))
+        conversation.port.write(b"\n" + protocol.frame_line(_FIRST, protocol.NUMBER))
         answer = _answer(conversation, _TRY)
         replies += answer
-        if any(isinstance(reply, Ok) for reply in answer) and not _damaged(answer):
+        if any(isinstance(reply, Ok) for reply in answer) and not _is_damaged(answer):
             conversation.start(_FIRST)
             return replies
     garbage = any(isinstance(reply, protocol.Note | protocol.Error) for reply in [*before, *replies])
     raise never_answered("Marlin", patience, garbage)
 
 
-def _damaged(answer: list[Reply]) -> bool:
+def _is_damaged(answer: list[Reply]) -> bool:
     return any(isinstance(reply, Resend | protocol.Fault | protocol.Unknown | protocol.Error) for reply in answer)
 
 
@@ -95,13 +95,13 @@ def _check_numbers(conversation: MarlinConversation, log: Log) -> None:
     Some versions send an ``ok`` after their request for a line and some do not, and only a test can tell.
     """
     for _ in range(3):
-        conversation.port.write(b"\n" + protocol.framed(_FIRST + 2, protocol.STANDING))
+        conversation.port.write(b"\n" + protocol.frame_line(_FIRST + 2, protocol.STANDING))
         answer = _answer(conversation, _TRY)
         asked = [at for at, reply in enumerate(answer) if isinstance(reply, Resend)]
         if asked:
             conversation.echoes = any(isinstance(reply, Ok) for reply in answer[asked[-1] :])
             return
-        if any(isinstance(reply, Ok) for reply in answer) and not _damaged(answer):
+        if any(isinstance(reply, Ok) for reply in answer) and not _is_damaged(answer):
             break
     log("The plotter does not check the numbers of its lines: what is damaged on the way to it will not be noticed.")
 

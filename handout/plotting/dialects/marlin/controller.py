@@ -56,7 +56,7 @@ class PlannerQueue:
         self._short: int | None = None  # first command whose way is not made yet since it was too short
         self._worked = 0
 
-    def worked(self, data: bytes, command: int) -> None:
+    def note_worked(self, data: bytes, command: int) -> None:
         """Take note of a command that was worked through; `command` are executed when its move is done."""
         words = dict(_WORD.findall(data))
         if data.startswith(_WAITS):
@@ -89,7 +89,7 @@ class PlannerQueue:
             self._blocks.popleft()
 
     @property
-    def executed(self) -> int:
+    def executed_count(self) -> int:
         """How many commands have certainly been executed."""
         if self._blocks:
             return self._blocks[0].first - 1
@@ -112,11 +112,13 @@ class MarlinController(BaseController):
         self._moves = False  # the last command was a move over the paper
         self._planner_queue = PlannerQueue(profile.port.queue, profile.limits.steps_per_mm)
         self._dead = False  # it stopped or was stopped dead: its place is lost, and what it had in hand
-        self.conversation = MarlinConversation(port, profile.port.buffer, profile.port.timeout, log, self._worked)
+        self.conversation = MarlinConversation(port, profile.port.buffer, profile.port.timeout, log, self._note_worked)
         self.profile, self.able = connection.meet(self.conversation, profile, log)
-        self._planner_queue = PlannerQueue(self.profile.port.queue, self.profile.limits.steps_per_mm, self._where())
+        self._planner_queue = PlannerQueue(
+            self.profile.port.queue, self.profile.limits.steps_per_mm, self._ask_position()
+        )
 
-    def _where(self) -> Position | None:
+    def _ask_position(self) -> Position | None:
         return next((reply for reply in self.conversation.ask(protocol.WHERE) if isinstance(reply, Position)), None)
 
     def send(self, data: bytes) -> None:
@@ -131,15 +133,15 @@ class MarlinController(BaseController):
         self.conversation.send(data, self.sent + 1)
         self.sent += 1
 
-    def _worked(self, line: ProtocolLine, reply: Ok) -> None:
+    def _note_worked(self, line: ProtocolLine, reply: Ok) -> None:
         self.taken = max(self.taken, line.command)
         self.sent = max(self.sent, self.taken)  # an interrupt may have come between sending and counting
-        self._planner_queue.worked(line.data, line.command)
+        self._planner_queue.note_worked(line.data, line.command)
         if reply.moves is not None:
             self.queued = max(self.profile.port.queue - reply.moves, 0)
             self._planner_queue.at_most(self.queued)
         if not (self._dead or self.conversation.struck):
-            self.executed = max(self.executed, min(self._planner_queue.executed, self.taken))
+            self.executed = max(self.executed, min(self._planner_queue.executed_count, self.taken))
         self.conversation.grace = self._planner_queue.seconds
         self.listener(StateReport(self.taken, self.executed, self.queued))
 
@@ -169,7 +171,7 @@ class MarlinController(BaseController):
     def position(self) -> tuple[float, float] | None:
         """Machine coordinates, mm, once it stands."""
         self.finish()
-        place = self._where()
+        place = self._ask_position()
         return None if place is None or self._dead else (place.x, place.y)
 
     def _stop_and_lift(self) -> None:
@@ -238,7 +240,7 @@ class MarlinController(BaseController):
 
     def jog(self, dx: float, dy: float) -> None:
         """Travel relative to the place that it reports, homed or not."""
-        if (place := self._where()) is None:
+        if (place := self._ask_position()) is None:
             raise DeviceSilent("The plotter did not say where it stands: something was lost on the way.")
         self.go(place.x + dx, place.y + dy)
 

@@ -18,7 +18,7 @@ from typing import NamedTuple
 
 from handout.errors import DeviceAlarm, DeviceHeld, DeviceSilent
 from handout.plotting.dialect import Log
-from handout.plotting.dialects.base import RESTARTED, Conversation, unanswered
+from handout.plotting.dialects.base import RESTARTED, Conversation, silence_error
 from handout.plotting.dialects.marlin import protocol
 from handout.plotting.dialects.marlin.protocol import Ok, Reply, Resend
 from handout.plotting.ports import Port
@@ -97,7 +97,7 @@ class MarlinConversation(Conversation[Reply]):
     def send(self, data: bytes, command: int) -> None:
         """Write a line as soon as the controller has room for it, after those that it wants again."""
         while True:
-            line = ProtocolLine(self._last + 1, data, command, protocol.framed(self._last + 1, data))
+            line = ProtocolLine(self._last + 1, data, command, protocol.frame_line(self._last + 1, data))
             if self._next > self._last and self._room(line):
                 self._append(line)
                 return
@@ -165,7 +165,7 @@ class MarlinConversation(Conversation[Reply]):
                 self._up_to(self._last, Ok())
                 return
             if self._quiet > self.timeout + self.grace:
-                raise unanswered(f"{self._quiet:g}")
+                raise silence_error(f"{self._quiet:g}")
             if self._quiet >= self._prodded:
                 self._prod()
                 self._prodded = self._quiet + (glance if self._prods % 2 else _AGAIN)
@@ -227,7 +227,7 @@ class MarlinConversation(Conversation[Reply]):
             self._write(self._lines[-1])
         else:
             number, command = self._last + 1, self._lines[-1].command if self._lines else 0
-            self._append(ProtocolLine(number, protocol.WHERE, command, protocol.framed(number, protocol.WHERE)))
+            self._append(ProtocolLine(number, protocol.WHERE, command, protocol.frame_line(number, protocol.WHERE)))
 
     def take(self, reply: Reply) -> None:
         """Act on a reply: count what was worked through, go back to a line that is wanted again, stop at trouble."""

@@ -200,7 +200,7 @@ def _information(text: str, plain: str) -> Reply:
     return Note(plain)
 
 
-def framed(number: int, data: bytes) -> bytes:
+def frame_line(number: int, data: bytes) -> bytes:
     """A command as one line with its number and its checksum."""
     body = b"N%d %s" % (number, data.rstrip(b"\n"))
     return b"%s*%d\n" % (body, functools.reduce(operator.xor, body))
@@ -216,7 +216,7 @@ def pen(down: bool, profile: PenProfile) -> list[bytes]:
 
 def set_pen(profile: PenProfile, value: float) -> list[bytes]:
     """The pen goes to a value or a height; see `dialect.Dialect`."""
-    return [*MODES[:2], *pen(True, pen_lift.at(profile, value)), STANDING]
+    return [*MODES[:2], *pen(True, pen_lift.lower_at_once(profile, value)), STANDING]
 
 
 def homing(profile: Plotter) -> list[bytes]:
