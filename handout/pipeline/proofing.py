@@ -13,6 +13,7 @@ import json
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -86,8 +87,7 @@ def proof(
     pages = RowPages(merged, writing, sheet, picture, seed=seed_of(writing.seed))
     hand = pages.look().hand.name
     if isinstance(machine, Printer):
-        reach = machine
-        pages.margins = lambda page: media.page_margins(page, media.printer_for(page, reach))
+        pages.fed = partial(media.printer_for, profile=machine)
     made = _Made(pages, machine, at)
     rows = select(merged.table, options.rows)
     for number, row in enumerate(rows):
