@@ -136,7 +136,7 @@ def make(
     matched = np.asarray(apply(Raster(rgba[None].astype(np.float32), 300), table).rgba[0], dtype=np.float64)
     return VerificationStrip(
         np.concatenate([wanted, wanted, np.repeat(white[None], _WHITES, axis=0)]),
-        np.concatenate([_send_colours(rgba), _send_colours(matched), bare]),
+        np.concatenate([_lay_on_white(rgba), _lay_on_white(matched), bare]),
         np.repeat([False, True, False], [len(rgba), len(rgba), _WHITES]),
         np.concatenate([grey, grey, np.zeros(_WHITES, dtype=bool)]), paper, (page or reached).share_out,
         (page or reached).mean, whose,
@@ -185,7 +185,7 @@ def last_strip(calibration: Calibration) -> VerificationStrip:
     return from_facts(facts)
 
 
-def _send_colours(rgba: Array) -> Array:
+def _lay_on_white(rgba: Array) -> Array:
     """(n, 3) device RGB, whole 255ths, of ink (n, 4) on white, which sends nothing."""
     return np.asarray(np.rint(255 * (1 - rgba[:, 3:] * (1 - rgba[:, :3]))) / 255)
 

@@ -94,12 +94,7 @@ def draw(
 @options.picture
 @options.console
 def vary(
-    plan: Path,
-    output: tuple[Path, ...],
-    copies: int,
-    styling: StyleOptions,
-    picture: PictureOptions,
-    console: Console,
+    plan: Path, output: tuple[Path, ...], copies: int, styling: StyleOptions, picture: PictureOptions, console: Console
 ) -> None:
     """Draw PLAN many times on one sheet, each copy a little different.
 

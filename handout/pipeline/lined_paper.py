@@ -117,7 +117,7 @@ def _use_drawn_rules(request: _Request, paper: Paper) -> LinedPaper:
     pitch = paper.pitch or usual
     if not SETTINGS.pitches[0] <= pitch <= SETTINGS.pitches[1]:
         return LinedPaper(layout)
-    every, notes = _count_skipped(request, pitch, squares=squares)
+    every, notes = _count_rules(request, pitch, squares=squares)
     if every == 0:
         return LinedPaper(layout, None, notes)
     if paper.pitch or squares:
@@ -159,7 +159,7 @@ def _use_found_rules(request: _Request, name: str) -> LinedPaper:
         layout, print_notes, clear = _clear(request, request.layout, printed, sheet.name)
         return LinedPaper(layout, None, (*notes, sentence, *print_notes), {"rules": 0, **clear})
     squares = lines.columns is not None and lines.fine == lines.pitch
-    every, more = _count_skipped(request, lines.pitch, squares=squares)
+    every, more = _count_rules(request, lines.pitch, squares=squares)
     notes += more
     facts: dict[str, Fact] = {
         "rules": len(lines.rules),
@@ -187,11 +187,7 @@ def _use_found_rules(request: _Request, name: str) -> LinedPaper:
 
 
 def _clear(
-    request: _Request,
-    layout: Layout,
-    printed: NDArray[np.bool_],
-    name: str,
-    lines: PrintedSheet | None = None,
+    request: _Request, layout: Layout, printed: NDArray[np.bool_], name: str, lines: PrintedSheet | None = None
 ) -> tuple[Layout, tuple[str, ...], dict[str, Fact]]:
     """The layout beside what is printed or punched on its sheet; notes, and a fact where it had to give way."""
     from handout.scanning.printed_areas import free_area
@@ -218,7 +214,7 @@ def _clear(
     return replace(layout, margin=margin), (sentence,), {"text_mm": [round(side, 1) for side in area]}
 
 
-def _count_skipped(request: _Request, pitch: float, *, squares: bool) -> tuple[int, tuple[str, ...]]:
+def _count_rules(request: _Request, pitch: float, *, squares: bool) -> tuple[int, tuple[str, ...]]:
     """How many rules there are to a line of writing; 0 where the line distance that is asked for fits no rules."""
     layout, asked = request.layout, request.layout.line_spacing
     if asked is not None:

@@ -32,13 +32,14 @@ from handout.pipeline.options import MergeOptions, PictureOptions, SheetOptions,
 from handout.pipeline.results import Listener, Tally
 from handout.pipeline.texts import INK, TextDocument, WritingTask, prepare, program
 from handout.pipeline.writing import Document
-from handout.printing import countries, envelope, journal
+from handout.printing import countries, envelope, journal, media
 from handout.printing.address_table import Addresses, read_addresses, read_rows
 from handout.printing.batch import BatchOptions, chosen_rows
 from handout.printing.journal import BACK, ENVELOPE, Batch, Journal
 from handout.printing.prepared import BatchPage
 from handout.printing.queue import Say
 from handout.printing.rows import TableRow, name_rows, select
+from handout.profiles import Printer
 from handout.reading import second_reader
 from handout.sinks import drawing_file
 from handout.values import Drawing, Manuscript, Page
@@ -284,11 +285,6 @@ class RowAccount:
         return new
 
 
-def _no_margins(page: Page) -> tuple[float, float, float, float]:
-    """The margins of a machine that reaches all of a page."""
-    return 0.0, 0.0, 0.0, 0.0
-
-
 @dataclass
 class RowPages:
     """Writes the pages of rows, and counts what was written.
@@ -296,7 +292,7 @@ class RowPages:
     sheet : of the letters, or without letters of the envelopes; seed : wins over that of `writing`.
     wanted : of a scanned hand its ink or its strokes.
     calibrated : (task, name of its hand, who hears sentences on it) → how its ink goes to the printer.
-    margins : page → (top, right, bottom, left), mm, that the machine does not reach.
+    fed : page → the printer as it is fed with it; None of a machine that reaches all of a page.
     draws : False: pages are set, which tells whether a text fits, and stay blank.
     account : of the rows since `settle` was called.
 
@@ -309,7 +305,7 @@ class RowPages:
     picture: PictureOptions
     wanted: frozenset[str] = INK
     calibrated: Callable[[WritingTask, str, Say], Calibrate | None] | None = None
-    margins: Callable[[Page], tuple[float, float, float, float]] = _no_margins
+    fed: Callable[[Page], Printer] | None = None
     seed: int = 0
     draws: bool = True
     account: RowAccount = field(default_factory=RowAccount)
@@ -347,6 +343,10 @@ class RowPages:
         """The x-height of addresses, mm, where it is asked for and there are no letters; None: chosen for each."""
         given = self.writing.x_height is not None and not self.merge.with_letters
         return self.look().layout.x_height if given else None
+
+    def margins(self, page: Page) -> tuple[float, float, float, float]:
+        """What the machine does not reach of a page: (top, right, bottom, left), mm."""
+        return (0.0, 0.0, 0.0, 0.0) if self.fed is None else media.page_margins(page, self.fed(page))
 
     def sheets(self) -> list[Page]:
         """The sizes of the pages of a row."""

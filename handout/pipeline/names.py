@@ -1,4 +1,4 @@
-"""What may be called by name, listed and checked without loading what the names stand for.
+"""What may be called by name, listed and checked without loading what the names stand for; and all that a page lists.
 
 `KNOWN` and `CHECKS` are by what an option is called wherever it is (``hand``, ``x_height``): what its value may be.
 """
@@ -6,13 +6,14 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from handout import page_sizes, shipped, units
 from handout.errors import InputError
 from handout.inking.pen import PENS, brushes, colour_code
 from handout.pipeline.options import pace
+from handout.pipeline.results import Facts
 
 _HOUSE = Path(__file__).resolve().parents[1] / "hand" / "house"
 # the endings of files that may stand for a name
@@ -116,3 +117,30 @@ CHECKS: dict[str, Callable[[str], object]] = {
     "language": _language,
     **dict.fromkeys(("x_height", "line_spacing", "pen_width"), units.length),
 }
+
+
+def list_choices(files: Sequence[Path] = ()) -> Facts:
+    """All that a page can choose by name, in the order in which it is shown; the hands of some .hand files win."""
+    from handout.hand import library
+    from handout.inking.papers import PAPERS
+    from handout.motion.styles import style
+    from handout.pipeline.devices import list_devices
+    from handout.pipeline.kept_hands import list_hands, listed_file
+    from handout.sinks import suffixes
+
+    known, given, own = list_hands(), {path.stem: path for path in files}, library.own_scanned()
+    scanned = [hand for hand in known.scanned if hand.name not in given]
+    listed: list[Facts] = [{**hand.facts(), "about": hand.about, "drawn": True, "own": False} for hand in known.drawn]
+    for hand in (*(listed_file(path) for path in given.values()), *scanned):
+        mine = {"own": hand.name in own or hand.name in given, "removable": hand.name in own and hand.name not in given}
+        listed.append({**hand.facts(), "about": hand.about, "drawn": False, **mine})
+    machines = [machine for machine in list_devices() if machine.kind == "plotter"]
+    return {
+        "hands": listed,
+        "pens": [*PENS, *brushes()],
+        "papers": list(PAPERS),
+        "pages": list(page_sizes.NAMES),
+        "styles": style.names(),
+        "formats": suffixes(),
+        "plotters": [{"name": machine.name, "title": machine.title} for machine in machines],
+    }

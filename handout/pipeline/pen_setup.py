@@ -75,10 +75,7 @@ def test_sheet(
 
 
 def find_heights(
-    port: str | None,
-    device: str | None,
-    options: HeightOptions,
-    attendant: Attendant = SILENT,
+    port: str | None, device: str | None, options: HeightOptions, attendant: Attendant = SILENT
 ) -> Delivery:
     """Find how high a pen is lifted and how low it is let down with a person who looks, or try two heights.
 

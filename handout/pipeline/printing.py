@@ -116,7 +116,7 @@ def print_(
     sheet = SheetOptions(printing.page, merge.margin, merge.pages, "A4" if merged.with_letters else "DL")
     pages = RowPages(merged, writing_options, sheet, picture)
     fed = partial(_feed_printer, profile, apart[0] if apart else profile, printing, merged.with_letters)
-    pages.seed, pages.margins = seed_of(writing_options.seed), lambda page: media.page_margins(page, fed(page))
+    pages.seed, pages.fed = seed_of(writing_options.seed), fed
     task = pages.look()
     notes = not_followed(task, ink_shown=True)
     attendant.note(*notes)

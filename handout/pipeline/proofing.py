@@ -13,6 +13,7 @@ import json
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -22,14 +23,7 @@ from handout.inking.papers import lay_ink
 from handout.pipeline import merging, plotting
 from handout.pipeline.costs import Costs, Spent, costs, prices
 from handout.pipeline.merging import AT_EDGE, OUT_OF_REACH, WARNED, PageFinding, RowPages
-from handout.pipeline.options import (
-    MergeOptions,
-    PictureOptions,
-    ProofOptions,
-    SheetOptions,
-    WritingOptions,
-    seed_of,
-)
+from handout.pipeline.options import MergeOptions, PictureOptions, ProofOptions, SheetOptions, WritingOptions, seed_of
 from handout.pipeline.results import SILENT, Delivery, Listener, Told
 from handout.plotting import plan
 from handout.printing import media, printers
@@ -93,8 +87,7 @@ def proof(
     pages = RowPages(merged, writing, sheet, picture, seed=seed_of(writing.seed))
     hand = pages.look().hand.name
     if isinstance(machine, Printer):
-        reach = machine
-        pages.margins = lambda page: media.page_margins(page, media.printer_for(page, reach))
+        pages.fed = partial(media.printer_for, profile=machine)
     made = _Made(pages, machine, at)
     rows = select(merged.table, options.rows)
     for number, row in enumerate(rows):

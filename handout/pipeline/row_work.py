@@ -353,10 +353,7 @@ class ClusterWorkers(Remote):
                 if not told and self._client.status == "running" and not self._present():
                     self._say(f"The cluster {self._address} has no worker at present: waiting for one.")
                     told = True
-            except (
-                self._distributed.KilledWorker,
-                CancelledError,
-            ):  # with several workers, or the scheduler
+            except (self._distributed.KilledWorker, CancelledError):  # with several workers, or the scheduler
                 return None
 
     def recover(self, waiting: deque[tuple[TableRow, Any]]) -> Sequence[bool]:

@@ -279,11 +279,11 @@ def set_parts(
 
 def try_parts(texts: Sequence[str], layouts: Sequence[Layout], task: WritingTask, row: int) -> list[Sheet | None]:
     """Set them without reading any word again; None stands for a text that is larger than its layout."""
-    hand, _ = _complete_hand_of(task, "\n".join(texts))
+    hand, _ = _complete_hand(task, "\n".join(texts))
     return list(each_part(texts, hand, layouts, [task.seed, row], fallback=task.fallback))
 
 
-def _complete_hand_of(task: WritingTask, text: str) -> tuple[Hand | ScannedHand, Sequence[Borrowed]]:
+def _complete_hand(task: WritingTask, text: str) -> tuple[Hand | ScannedHand, Sequence[Borrowed]]:
     """The hand with all letters of a text, and the letters that it lacked; a drawn hand borrows while it writes."""
     if task.hand.pages is None and not task.fallback:
         return task.hand, []
@@ -297,7 +297,7 @@ def _set_text(
 ) -> tuple[WritingTask, Iterator[Sheet]]:
     """Give the hand of a task all letters of a text, then set the text with `compose`."""
     author = task.hand
-    hand, lacking = _complete_hand_of(task, text)
+    hand, lacking = _complete_hand(task, text)
     compose = partial(compose, hand=hand, seed=[task.seed] if row is None else [task.seed, row])
     sheets = compose() if author.pages is None or hand.pages is None else _reread_text(compose, hand, author, task)
     task = replace(task, hand=hand)

@@ -18,7 +18,7 @@ from handout.printing.columns import (
     addressable,
     assign,
     columns,
-    name_understood,
+    list_understood,
     names_any,
     read_assignments,
 )
@@ -69,11 +69,7 @@ class _Headed:
 
 
 def read_addresses(
-    path: Path,
-    columns: Sequence[str] = (),
-    address: str = "",
-    nameless: bool = False,
-    elsewhere: Collection[str] = (),
+    path: Path, columns: Sequence[str] = (), address: str = "", nameless: bool = False, elsewhere: Collection[str] = ()
 ) -> Addresses:
     """Read a table of addresses: delimited text (CSV), or an Excel workbook where openpyxl is installed.
 
@@ -296,7 +292,7 @@ def _explain_unaddressable(table: _Headed) -> str:
             f"{where}; it looks like an address itself, as if the table had no header: write one above it, or say what "
             f'the columns hold by their places, such as --columns "{places}".'
         )
-    return f"{where}; found: {named}; understood: {name_understood()}; or {address_rows.WAY_OUT}."
+    return f"{where}; found: {named}; understood: {list_understood()}; or {address_rows.WAY_OUT}."
 
 
 def _explain_nameless(table: _Headed) -> str:

@@ -246,7 +246,7 @@ def addressable(row: Iterable[Column]) -> bool:
     return any(column.role in PLACES for column in row)
 
 
-def name_understood() -> str:
+def list_understood() -> str:
     """A few of the headers that are understood, for an error message."""
     return (
         "name, first name, last name, company, street, address 2, postal code, city, state, country or address "

@@ -22,16 +22,7 @@ from handout.errors import HandoutError
 from handout.printing.journal import BACK, ENVELOPE, Piece
 from handout.printing.prepared import BatchPage, Destination, Prepare, PreparedPage
 from handout.printing.queue import Device
-from handout.printing.sending import (
-    BatchRun,
-    Failed,
-    Job,
-    Spool,
-    device_of,
-    follow,
-    jobs_of,
-    tell_rows,
-)
+from handout.printing.sending import BatchRun, Failed, Job, Spool, device_of, follow, jobs_of, tell_rows
 from handout.progress import Tell
 from handout.signals import interrupt
 

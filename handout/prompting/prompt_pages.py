@@ -41,13 +41,13 @@ class _FilledPage:
 
     def add(self, text: str) -> None:
         """Append a text."""
-        self.lines = self._add_text(text)
+        self.lines = self._wrap_with(text)
 
     def fits(self, text: str) -> bool:
         """Whether a text could still be appended."""
-        return len(self._add_text(text)) <= self.room
+        return len(self._wrap_with(text)) <= self.room
 
-    def _add_text(self, text: str) -> list[str]:
+    def _wrap_with(self, text: str) -> list[str]:
         # only the last line can change
         return self.lines[:-1] + wrap(" ".join([*self.lines[-1:], text]), self.width)
 

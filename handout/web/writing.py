@@ -16,7 +16,7 @@ from handout.web.worker import Call
 
 async def choices(studio: Studio, request: Request, body: None) -> Response:
     """The names that requests may hold."""
-    facts = await studio.answer("listing", Call("choices.choices", (list(studio.hands.values()),)))
+    facts = await studio.answer("listing", Call("names.list_choices", (list(studio.hands.values()),)))
     studio.drawn = frozenset(hand["name"] for hand in facts["hands"] if hand["drawn"])
     return json_answer(facts)
 

@@ -18,7 +18,7 @@ import signal, sys
 from handout import atomic, sinks
 from handout.cli import main
 def half(path, data):
-    with atomic.opened(path) as stream:
+    with atomic.open_file(path) as stream:
         stream.write(data[: len(data) // 2])
         stream.flush()
         print("half", flush=True)

@@ -172,7 +172,7 @@ def test_eight_programs_at_once_lose_no_correction(hand, tmp_path):
 def test_a_hand_that_another_program_changes_is_not_waited_for_without_a_word(hand, monkeypatch):
     state, spot, said = desk.open_letters(hand), letters(hand)[0]["spot"], []
     code = "import sys; from pathlib import Path; from handout import atomic\n"
-    code += "with atomic.held(Path(sys.argv[1])): print(flush=True); sys.stdin.readline()"
+    code += "with atomic.hold_file(Path(sys.argv[1])): print(flush=True); sys.stdin.readline()"
     monkeypatch.setattr(desk, "_PATIENCE", 0.0)
     with subprocess.Popen(
         [sys.executable, "-c", code, hand], stdin=subprocess.PIPE, stdout=subprocess.PIPE, bufsize=0
