@@ -25,28 +25,26 @@ from typing import Any
 import msgspec
 
 from handout.sinks import about
-from handout.values import Drawing, Stroke
+from handout.values import Drawing
 
 _CHANNELS = ("pressure", "tilt", "azimuth", "rotation", "width")
 
 
 def to_json(drawing: Drawing) -> bytes:
     """A page as JSON, in the form described at the top of this file."""
-    page = drawing.page
+    page, strokes = drawing.page, list[dict[str, Any]]()
+    for stroke in drawing.strokes:  # fields in the order of the file; those that are not known are absent
+        channels = {name: values.tolist() for name in _CHANNELS if (values := getattr(stroke, name)) is not None}
+        word = {} if stroke.word == -1 else {"word": stroke.word}
+        notes = {"nib": stroke.nib, "layer": about.plain(stroke.layer), "colour": stroke.colour}
+        xy = {"x": stroke.xy[:, 0].tolist(), "y": stroke.xy[:, 1].tolist()}
+        said = {name: note for name, note in notes.items() if note}
+        strokes.append({"t": stroke.t.tolist(), **xy, **channels, **word, **said})
     file = {
         "format": "handout-drawing",
         "version": 1,
         "page": {"width": float(page.width), "height": float(page.height), "name": about.plain(page.name)},
         "about": about.plain(drawing.about),
-        "strokes": [_stroke(stroke) for stroke in drawing.strokes],
+        "strokes": strokes,
     }
     return msgspec.json.encode(file if drawing.timed else {**file, "timed": False}) + b"\n"
-
-
-def _stroke(stroke: Stroke) -> dict[str, Any]:
-    """A stroke's fields in the order of the file; those that are not known are absent."""
-    channels = {name: values.tolist() for name in _CHANNELS if (values := getattr(stroke, name)) is not None}
-    word = {} if stroke.word == -1 else {"word": stroke.word}
-    notes = {"nib": stroke.nib, "layer": about.plain(stroke.layer), "colour": stroke.colour}
-    xy = {"x": stroke.xy[:, 0].tolist(), "y": stroke.xy[:, 1].tolist()}
-    return {"t": stroke.t.tolist(), **xy, **channels, **word, **{name: note for name, note in notes.items() if note}}

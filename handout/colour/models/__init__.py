@@ -75,7 +75,13 @@ def fit(patches: Patches, method: str = "forward") -> Model:
     if method == "forward":
         direct, reached = None, patches.device
     else:
-        direct = _direct(patches, exact=method == "tps-haines2016")
+        variances = splines.noise(patches.device, patches.scanned, patches.deviation)
+        if method == "tps-haines2016":
+            ready = splines.merge_close_rows(patches.scanned, patches.device, np.ones(len(patches)))
+            direct = splines.exact(ready.x, ready.y)
+        else:
+            ready = splines.merge_close_rows(patches.scanned, patches.device, variances * _steepness(patches) ** 2)
+            direct = splines.smooth(ready.x, ready.y, ready.variances, ("r2 log r",), degree=1)
         reached = direct(patches.scanned)
     misses = measure_misses(forward, reached, patches.scanned)
     mean, worst = float(misses.mean()), int(misses.argmax())
@@ -86,15 +92,6 @@ def fit(patches: Patches, method: str = "forward") -> Model:
             f"(the worst is patch {worst + 1}, sent as {sent}: {misses[worst]:.1f}); scan or print the chart again."
         )
     return Model(method, forward, direct, misses)
-
-
-def _direct(patches: Patches, exact: bool) -> splines.Spline:
-    variances = splines.noise(patches.device, patches.scanned, patches.deviation)
-    if exact:
-        ready = splines.merge_close_rows(patches.scanned, patches.device, np.ones(len(patches)))
-        return splines.exact(ready.x, ready.y)
-    ready = splines.merge_close_rows(patches.scanned, patches.device, variances * _steepness(patches) ** 2)
-    return splines.smooth(ready.x, ready.y, ready.variances, ("r2 log r",), degree=1)
 
 
 def _steepness(patches: Patches) -> Array:

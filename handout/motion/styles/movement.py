@@ -171,17 +171,11 @@ def widths(t: Array, xy: Array, style: Style, height: float, *, tapered: bool = 
         width = gaussian_filter1d(thin + (full - thin) * pull**2 * ease, 2 * _EVEN, mode="nearest")
     else:
         width = np.full(len(t), full)
-    return np.asarray(width * _taper(xy, brush.taper * height) if tapered else width)
-
-
-def _taper(xy: Array, length: float) -> Array:
-    """(n,) shares of the width: thin at both ends of a movement over that length (mm)."""
-    if length <= 0:
-        return np.ones(len(xy))
-    along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(xy, axis=0), axis=1))])
-    length = min(length, 0.45 * float(along[-1])) or 1.0
-    inside = np.clip(np.minimum(along, along[-1] - along) / length, 0.0, 1.0)
-    return np.asarray(_TIP + (1 - _TIP) * inside**0.7)
+    if tapered and brush.taper * height > 0:  # thin at both ends
+        along, whole = _measure_path(xy)
+        inside = np.minimum(along, whole - along) / (min(brush.taper * height, 0.45 * whole) or 1.0)
+        width = width * (_TIP + (1 - _TIP) * np.clip(inside, 0.0, 1.0) ** 0.7)
+    return np.asarray(width)
 
 
 def pose_at_targets(stroke: Stroke, points: Array, *, ring: bool) -> dict[str, Array]:
