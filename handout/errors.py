@@ -106,7 +106,7 @@ def reason(error: BaseException) -> str:
 
 
 def at_border(error: BaseException | None) -> str:
-    """A sentence for what any work may meet and no part of it mends, whatever was made of it since; "" for the rest.
+    """The sentence for an error that any work may meet, also where it was raised again as another; "" for all others.
 
     That is a full disk, and what is nested more deeply than Python goes.
     """

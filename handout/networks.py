@@ -18,7 +18,7 @@ _BETA_1, _BETA_2, _EPSILON = 0.9, 0.999, 1e-8  # of Adam: Kingma and Ba 2015, Al
 
 
 class _OneThread(ContextDecorator):
-    """Numpy and scipy multiply in one thread meanwhile; around a block, or before a function.
+    """Around a block or a function: makes numpy and scipy multiply in one thread.
 
     Matrices this small take more time on several threads than on one (300 words in a scanned hand: a fifth more CPU
     on an idle machine, twice as much on a busy one), and sums in another order would make other letters.  The number

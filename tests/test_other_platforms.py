@@ -58,7 +58,7 @@ def test_names_of_devices_are_refused_on_windows(name, tmp_path, monkeypatch):
 
 def test_what_a_console_lacks_is_written_as_json_does(tmp_path):
     code = "from handout.cli import main; import click\n" + (
-        'import handout.cli as c; c._run = lambda args: click.echo(\'{"a": "Zoë łódź 🦊"}\') or 0; main([])'
+        'import handout.cli as c; c._run_command = lambda args: click.echo(\'{"a": "Zoë łódź 🦊"}\') or 0; main([])'
     )
     environment = {**os.environ, "PYTHONIOENCODING": "cp1252", "PYTHONPATH": str(ROOT)}
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, env=environment, check=True)

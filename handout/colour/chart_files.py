@@ -170,10 +170,10 @@ _ORIGINATOR = f"handout {handout.__version__}"
 
 def ti1(chart: Chart) -> tuple[cgats.CgatsTable, ...]:
     """The different colours of a chart, with what is to be expected of them on a printer that prints sRGB."""
-    columns = {"SAMPLE_ID": _ids(len(chart.colours)), **_foretold(chart.colours)}
+    columns = {"SAMPLE_ID": _ids(len(chart.colours)), **_predict(chart.colours)}
     keywords = {"DESCRIPTOR": f"{_DESCRIPTOR} 1", "ORIGINATOR": _ORIGINATOR}
     further = [
-        cgats.table("CTI1", keywords | {name: str(len(device))}, {"INDEX": _ids(len(device), 0), **_foretold(device)})
+        cgats.table("CTI1", keywords | {name: str(len(device))}, {"INDEX": _ids(len(device), 0), **_predict(device)})
         for name, device in _EXTREMES.items()
     ]
     return (cgats.table("CTI1", _make_keywords("1", "iRGB", _make_white_keyword()), columns), *further)
@@ -185,7 +185,7 @@ def ti2(chart: Chart) -> tuple[cgats.CgatsTable, ...]:
     device = np.vstack([page.device for page in pages])
     several = len(pages) > 1
     names = [f"{page.number}-{name}" if several else name for page in pages for name in page.names]
-    columns = {"SAMPLE_ID": _ids(len(device)), "SAMPLE_LOC": names, **_foretold(device)}
+    columns = {"SAMPLE_ID": _ids(len(device)), "SAMPLE_LOC": names, **_predict(device)}
     about = _make_white_keyword() | {"STEPS_IN_PASS": str(pages[0].rows), "PASSES_IN_STRIPS2": str(pages[0].columns)}
     return (cgats.table("CTI2", _make_keywords("2", "iRGB", about), columns),)
 
@@ -237,7 +237,7 @@ def _make_white_keyword() -> dict[str, str]:
     return {"APPROX_WHITE_POINT": " ".join(f"{v:.6f}" for v in white)}
 
 
-def _foretold(device: Array) -> dict[str, list[str]]:
+def _predict(device: Array) -> dict[str, list[str]]:
     return {**_columns(DEVICE, device * 100), **_columns(XYZ, conversions.xyz_d50(device))}
 
 

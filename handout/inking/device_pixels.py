@@ -28,7 +28,7 @@ class DevicePixels:
     origin: tuple[float, float] = (0.0, 0.0)
 
     def crop_white(self) -> tuple[NDArray[np.uint8], int, int] | None:
-        """What is not white, and the pixel of the sheet that its corner lies on; None if all is."""
+        """The part that is not all white, and the pixel of the sheet at its corner; None if everything is white."""
         # a row's bytes as one: numpy takes many times as long over two axes at once
         rows = np.flatnonzero(self.rgb.reshape(len(self.rgb), -1).min(axis=1, initial=WHITE) != WHITE)
         if len(rows) == 0:
@@ -40,7 +40,7 @@ class DevicePixels:
         return inked[:, left : int(columns[-1]) + 1], x + left, y + top
 
     def trim_white(self) -> DevicePixels:
-        """The same without the white around it, as a copy; itself, if all is white."""
+        """A copy without the white around it; itself, if all is white."""
         found = self.crop_white()
         if found is None:
             return self

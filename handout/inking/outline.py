@@ -160,7 +160,7 @@ _PALEST = 0.15  # of alpha: less is no ink; set by eye, on the two shipped scann
 _EDGE = 0.01  # mm between the edge of ink and its outline
 _SMALLEST = 0.01  # mm², of an outline; set by eye: grain of the paper is smaller
 _VOTES = 500  # that all ink has together when its colours are told apart, and each piece one at least
-_SHARE = 0.02  # of them: a colour that fewer have is none of its own
+_SHARE = 0.02  # of the pieces: a colour of fewer is no ink of its own
 
 
 def areas(raster: Raster) -> list[tuple[str, list[Array]]]:

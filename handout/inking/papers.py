@@ -107,7 +107,7 @@ class Paper:
 
 
 def parse_paper(text: str) -> Paper:
-    """The paper of a name, a name and the distance of its lines (and its first rule), or a file.
+    """Reads a paper: a name, a name with the distance of its lines (and its first rule), or a file.
 
     Raises
     ------
@@ -131,7 +131,7 @@ def parse_paper(text: str) -> Paper:
 
 
 def place_lines(paper: Paper, about: Mapping[str, Any]) -> Paper:
-    """The paper with its lines where those of a page lie, as far as `Drawing.about` says so and it has none yet.
+    """Places the lines of a paper where those of a page lie, if `Drawing.about` says so and the paper does not.
 
     Ruled paper without a pitch of its own takes that of the writing.
     """

@@ -282,7 +282,7 @@ class Sweep:
         return numbers
 
     def _price_reuse(self, places: Indices) -> Array:
-        """What it costs to take places that were taken lately."""
+        """Costs of taking places again that were taken lately."""
         return np.asarray(_AGAIN * _LATELY ** (self._now - self._used[places]))
 
     def _strip(self, numbers: Indices, turns: tuple[bool, bool]) -> tuple[_Pixels, int]:

@@ -362,6 +362,6 @@ def smooth_values(values: Array, sigma: float) -> Array:
     reach = max(1, min(int(3 * sigma), len(values) - 1))
     weights = np.exp(-0.5 * (np.arange(-reach, reach + 1) / max(sigma, 1e-9)) ** 2)
     weights /= weights.sum()
-    # turned about its ends, a line goes on as it came
+    # beyond each end the line is continued by its point reflection about that end
     padded = np.concatenate([2 * values[0] - values[reach:0:-1], values, 2 * values[-1] - values[-2 : -reach - 2 : -1]])
     return np.column_stack([np.convolve(padded[:, k], weights, mode="valid") for k in range(values.shape[1])])

@@ -192,7 +192,7 @@ def _press(t: Array, xy: Array) -> Array:
     usual = math.sqrt(float(square.sum()) / n) or 1.0
     shift = np.tanh(np.stack([velocity[:, 1], np.sqrt(square)]) / usual)
     pressure = _PRESS.mean + 0.6 * _PRESS.ease + _PRESS.pull * shift[0] - _PRESS.ease * shift[1]
-    # a pen lands on the paper but flies off it: strokes taper towards their ends, short ones less
+    # the pen lands on the paper and flies off it, so strokes taper towards their ends, short ones less
     leaving = min(_PRESS.leaving, 0.3 * float(t[-1] - t[0]))
     landed = _PRESS.landed + (1 - _PRESS.landed) * np.minimum(1.0, (t - t[0]) / _PRESS.landing)
     left = _PRESS.left + (1 - _PRESS.left) * np.minimum(1.0, (t[-1] - t) / leaving)

@@ -624,7 +624,7 @@ def _tell_rewritten(desk: _LetterDesk) -> Facts:
         told = all(isinstance(one, Strokes) for one in entry.corrections)
         told = told and len(before.hand.glyphs) == len(hand.glyphs)
         models = [stroke_order_model(one, HANDS) for one in (before.hand, hand)] if told else []
-        for number in models[1].rewritten(models[0]) if models else ():
+        for number in models[1].list_rewritten(models[0]) if models else ():
             page = str(hand.glyphs[number].page)
             found.setdefault(page, []).extend(_strokes(hand, number, models[1].ways_of(number)))
     return {"rewritten": found}

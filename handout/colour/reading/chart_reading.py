@@ -144,7 +144,7 @@ def read_scans(
             )
         return ChartReading(chart, np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0), tuple(findings))
     findings += _compare_sheets(sheets, chart)
-    device, scanned, deviation = _merged_means(sheets)
+    device, scanned, deviation = _merge_means(sheets)
     if len(device) > 200 and not any(finding.code == "grey" for finding in findings):
         findings += print_checks.check_printer(device, scanned, deviation)
     findings += _paper_findings(device, scanned, paper)
@@ -216,7 +216,7 @@ def _compare_sheets(sheets: Sequence[SheetReading], chart: Chart) -> list[ScanFi
     return findings
 
 
-def _merged_means(sheets: Sequence[SheetReading]) -> tuple[Array, Array, Array]:
+def _merge_means(sheets: Sequence[SheetReading]) -> tuple[Array, Array, Array]:
     """Device colours (n, 3), their scanned means over all sheets (n, 3), and the standard error of these (n,)."""
     pages: dict[int, list[SheetReading]] = {}
     for sheet in sheets:

@@ -33,7 +33,7 @@ _LEAST = 2  # columns of a segment, however thin the line
 # eight strokes laid where they were photographed are then .94 of the photograph's, without it .56
 _SHARP = np.array([-0.24, 1.48, -0.24], dtype=np.float32)
 
-_SMALLER = 1.3  # times: what is shrunk by more would alias
+_SMALLER = 1.3  # times: what is shrunk more than so would alias
 
 _Pixels = NDArray[np.float32]
 

@@ -145,7 +145,7 @@ class Library:
 
     @cached_property
     def _scales(self) -> tuple[float, float, float]:
-        """How much these vary among the segments: groups count alike."""
+        """Spread of the three features among the segments, so that they count alike."""
         bend, cover, streaks = (max(float(values.std()), 1e-3) for values in self._features)
         return max(bend, 0.2), max(cover, 0.05), max(streaks, 0.5)
 
@@ -287,7 +287,7 @@ def two_pass(costs: Array, borders: Array) -> Indices:
 
 
 def count_since_same(same: Indices) -> Indices:
-    """(m,): how many places before each of a row the same came last; more than any where it never did."""
+    """(m,): for each place of a row how many places before the same came last; a huge number where it never did."""
     last, age = dict[int, int](), np.full(len(same), np.iinfo(np.intp).max)
     for at, one in enumerate(same.tolist()):
         age[at] = at - last.get(one, -len(age) - _FORGOTTEN)

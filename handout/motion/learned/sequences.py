@@ -63,7 +63,7 @@ class MovementSequence:
 
     @property
     def ways_there(self) -> Bools:
-        """(m − 1,): which ways there are; one in the air of no length parts examples that are strung together."""
+        """(m − 1,): which ways are real; a way in the air of no length only parts examples that are strung together."""
         return np.asarray(~self.up | np.diff(self.targets, axis=0).any(axis=1))
 
     @property
@@ -169,7 +169,7 @@ def features(targets: Array, up: Array, there: Array, inputs: Inputs, unit: Arra
 
 
 def frame_sequence(sequence: MovementSequence) -> tuple[Array, Array, Array]:
-    """Targets, up and there of all ways of a sequence, as `features` takes them."""
+    """Pads targets, up and there of a sequence for `features`, which takes them so."""
     targets = np.concatenate([sequence.targets[:1], sequence.targets, sequence.targets[-1:]])
     up = np.concatenate([[1.0], sequence.up.astype(np.float64), [1.0]])
     return targets, up, np.concatenate([[0.0], sequence.ways_there.astype(np.float64), [0.0]])
@@ -183,5 +183,5 @@ def cut_off(sequence: MovementSequence) -> MovementSequence:
 
 
 def bound_dynamics(dt: float, theta: float) -> tuple[float, float]:
-    """Dynamics that a stroke can have."""
+    """Clips Δt and θ to what a stroke can have."""
     return min(max(dt, LEAST_DT), MOST_DT), min(max(theta, -MOST_BENT), MOST_BENT)

@@ -128,11 +128,11 @@ class Windows:
     reach: Array
 
     def take_rows(self, rows: Indices) -> Windows:
-        """Some of them."""
+        """The windows of some rows."""
         return Windows(*(getattr(self, name)[rows] for name in self.__dataclass_fields__))
 
     def vary_plans(self, variation: PlanVariation, rng: np.random.Generator) -> Windows:
-        """All of them as `vary` would change them."""
+        """Perturbs all windows as `vary` would."""
         shift = variation.target * self.reach[..., None] * rng.standard_normal(self.targets.shape)
         # the target before the first way and the one after the last may be copies, whose ways are not there
         dt, theta = (

@@ -161,7 +161,7 @@ def extract_channels(pose: Array, names: Iterable[str]) -> dict[str, Array]:
 
 @dataclass(frozen=True)
 class LearnedLibrary:
-    """A library, and what of the recordings is not in it, in words."""
+    """A library, and sentences on what of the recordings was left out."""
 
     library: PoseLibrary
     notes: tuple[str, ...]

@@ -15,7 +15,7 @@ from handout.motion.timing import arc_length
 from handout.peaks import peaks
 from handout.values import Array
 
-SAMPLES = 200  # of a trace, as many as its extent is divided into
+SAMPLES = 200  # of a trace: its extent is divided into so many
 WINDOW = 40  # samples over which turning is summed
 _PROMINENCE, _APART = 0.02, 10
 _CUSP = np.radians(100)  # turning within a few samples that makes a cusp

@@ -1,8 +1,8 @@
 """Strokes that a person gave for one letter, carried over to another of its name: as its ink is like, so is its order.
 
 The ink of the one is laid over that of the other by the affine map which brings them nearest, and the strokes follow
-the other's line.  What is left of it at their ends they go on over.  They are a candidate beside those that were
-searched for: one that leaves ink out, or lies far from it, is none, and what it costs a hand is compared.
+the other's line; at their ends they are extended over what ink is left.  They are one candidate beside those that were
+searched for, unless they leave ink out or lie far from it; the candidate that costs a hand least is taken.
 
 Source: own method; iterated closest points, Besl and McKay 1992.
 """
@@ -65,7 +65,7 @@ def carry_strokes(graph: LineGraph, own: Indices, ways: Sequence[Array], ink: Ar
     for way in ways:
         places = np.column_stack([way, np.ones(len(way))]) @ matrix
         found.append(vertices_along(graph, own, places[:: max(1, len(places) // _SETTINGS.places)]))
-    whole = _gone_on(graph, own, found, size)
+    whole = _extend_strokes(graph, own, found, size)
     return None if whole is None else Carried(tuple(whole), apart)
 
 
@@ -96,8 +96,8 @@ def _lay_over(ink: Array, over: Array) -> tuple[Array, float]:
     return matrix, max(float(there.mean()), float(back.mean())) / size
 
 
-def _gone_on(graph: LineGraph, own: Indices, ways: Sequence[Indices], size: float) -> list[Indices] | None:
-    """Strokes with the ink that they left out at their ends; None where they leave out more."""
+def _extend_strokes(graph: LineGraph, own: Indices, ways: Sequence[Indices], size: float) -> list[Indices] | None:
+    """Extends strokes over the ink left out at their ends; None where they leave out more."""
     from scipy.spatial import cKDTree
 
     uv, whole = graph.uv, [way for way in ways if len(way)]

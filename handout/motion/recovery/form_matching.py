@@ -16,7 +16,7 @@ from handout.motion.recovery.letter_forms import LetterForms, frame_of
 from handout.values import Array
 
 _PLACES = 48  # of a line that forms are compared with
-_MOST_OPEN = 0.5  # of a path: more is not skipped on the way from or to another letter
+_MOST_OPEN = 0.5  # of a path, at most, is skipped on the way from or to another letter
 
 
 def nearest_forms(forms: LetterForms, xy: Array, most: int) -> tuple[LetterForms, Array]:

@@ -19,7 +19,7 @@ from handout.values import Array, Indices
 class GapWeights:
     """Logarithm of the odds that the pen went on over a gap, fitted to 2071 gaps of pages whose true strokes are known.
 
-    Three of the pages were simulated, three recorded.  How the directions of the two sides agree says nothing more.
+    Three of the pages were simulated, three recorded.  Whether the directions of the two sides agree adds nothing.
     """
 
     base: float = 0.2
@@ -36,8 +36,8 @@ _THINNEST, _WIDEST = 0.5, 1.1  # of the usual width, between which it counts
 _CHAIN = 10  # vertices from an endpoint that tell its direction
 _TAPER = 5  # vertices from an endpoint that tell its width
 _MOST = 10.0  # half widths: no wider gap is looked at
-_AHEAD = 0.5  # so much farther is what lies aside of an endpoint
-_BESIDE = 2.5  # half widths from a loose end: a place so near it is that end
+_AHEAD = 0.5  # by this share what lies aside of an endpoint counts as farther away
+_BESIDE = 2.5  # half widths: a place this near to a loose end is that end
 
 
 @dataclass(frozen=True, eq=False)

@@ -33,7 +33,7 @@ _FORMS = 8  # of each hand
 _STEP = 4  # places of a curve on either side that tell whether it turns back
 _FINE = 8  # places between two points of `ductus.toml`
 _LOOKED = 3  # forms that say where strokes may begin and turn
-_CLEAR = 7.0  # half widths from a node to another that is put on a branch
+_CLEAR = 7.0  # half widths, at least, from a node to a further node on a branch
 _CUTS = 2  # turning points of a letter at most
 
 
@@ -137,7 +137,7 @@ def _load_hands(hands: tuple[str, ...]) -> tuple[Hand, ...]:
 
 
 def _fitting(glyphs: Sequence[Glyph], entered: bool, left: bool) -> list[Glyph]:
-    """Glyphs that are joined alike, each drawn form once before any is there in another variant."""
+    """The glyphs that are joined in this way: one variant of each drawn form first, then the other variants."""
     fitting = [g for g in glyphs if (g.entry != "lifted") == entered and (g.exit != "lifted") == left]
     ranked: dict[int, list[Glyph]] = {}
     for glyph in fitting or glyphs:

@@ -15,9 +15,9 @@ from handout.motion.recovery.network import BranchNetwork
 from handout.values import Array, Indices
 
 POINTED = frozenset(".:…")  # marks that are points, and nothing else
-DOT = 0.35  # x-heights: a piece no longer is a dot
-_DASH = 0.9  # x-heights: one no longer is, too, that lies over all the rest
-_UNDER = 0.1  # x-heights that it may begin lower
+DOT = 0.35  # x-heights: a piece up to this long is a dot
+_DASH = 0.9  # x-heights: so is one up to this long that lies over all the rest
+_UNDER = 0.1  # x-heights by which such a piece may begin lower than the rest ends
 _BELOW = -0.05  # x-heights over the baseline: where loops of tails are
 _LEAST = 6.0  # square half widths: what encloses less is a line gone over twice
 
@@ -92,7 +92,7 @@ class Candidate:
         return LetterStrokes(self.strokes, *self.flags())
 
 
-def as_said(candidates: Sequence[Candidate], said: Sequence[Indices]) -> Candidate:
+def trace_as_told(candidates: Sequence[Candidate], said: Sequence[Indices]) -> Candidate:
     """A letter written along strokes that a person gave, vertices of its line; when each is written a candidate tells.
 
     That is the cheapest: of each stroke that of its own which has most of it.
@@ -149,7 +149,7 @@ def _rightwards(net: BranchNetwork, path: Indices) -> Indices:
 def loop_direction_errors(
     net: BranchNetwork, strokes: Sequence[Sequence[int]], letter: str, baseline: float | None, x_height: float
 ) -> int:
-    """How many loops of a traversal run the wrong way round.
+    """Counts the loops of a traversal that run the wrong way round.
 
     A loop of l or d goes up on its right and comes down on its left, and so do the bowls of a and o; the tail of g or y
     goes down on its right and comes up on its left.  The two lines of a narrow loop part so smoothly that how they go

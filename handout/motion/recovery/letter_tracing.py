@@ -51,7 +51,7 @@ from handout.motion.recovery.traversal import Traversal, beam_search, form_guide
 from handout.values import Array, Indices
 
 _TRAVERSALS = 16  # that are compared
-_MARGIN = 7.0  # a traversal that costs so much more than the cheapest is not made good by its likeness
+_MARGIN = 7.0  # a traversal that costs so much more than the cheapest is dropped, however like a form it is
 _FORMS = 6  # forms that they are compared with
 _ALONG = 16  # places of a stroke that tell whether a form delays it
 
@@ -151,7 +151,7 @@ class _TracedLetter:
         return [_with_overlap(self._path_of[s], self.line) for s in self.traversals[number].strokes]
 
     def flags(self, number: int, drawn: Indices | None, dots: int) -> tuple[tuple[bool, ...], tuple[bool, ...]]:
-        """Which strokes of a traversal, and of the dots after it, are delayed, and which are crossbars."""
+        """Tells of the strokes of a traversal, and of the dots after it, which are delayed and which are crossbars."""
         traversal = self.traversals[number]
         late = [False] * len(traversal.strokes)
         if self.laid is not None and drawn is not None:
@@ -203,7 +203,7 @@ def _foreign_bars(net: BranchNetwork, line: LetterLine) -> list[tuple[int, ...]]
 def _search_guided(
     net: BranchNetwork, x_height: float, ends: Ends, laid: _Laid, weights: CostWeights
 ) -> list[Traversal]:
-    """The traversals that forms would take which are not a built-in hand's; none where there are no such forms."""
+    """Searches the traversals that follow forms of other than built-in hands; none where there are no such forms."""
     taught = np.flatnonzero(~laid.forms.drawn)
     if not len(taught):
         return []
@@ -231,7 +231,7 @@ def _nearest(
 def _with_crossbars(
     net: BranchNetwork, line: LetterLine, letter: str, ends: Ends, foreign: _Chains, weights: CostWeights
 ) -> list[Traversal]:
-    """Traversals of a letter whose crossbars are found beforehand and come last, and, where there are none, others."""
+    """Traversals with the crossbars found beforehand, which come last; where there are none, other traversals."""
     bar_chains = [chain for bar in line.own_bars for chain in crossbar_chains(net, bar, line.entries)]
     search = Ends(ends.entries, ends.exits)
     barred: list[Traversal] = []

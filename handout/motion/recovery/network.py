@@ -50,8 +50,8 @@ class InkWeights:
     most: float = 3.0  # for more than once …
     least: float = -0.7  # … and for once: who goes back on the same line leaves it no wider
     clear: float = 1.5  # half widths from a node within which the ink is also that of other branches
-    short: float = 3.0  # half widths: the ink of a branch no longer tells nothing …
-    long: float = 12.0  # … and that of one so long all that it can
+    short: float = 3.0  # half widths: the ink of a branch up to this long tells nothing …
+    long: float = 12.0  # … and from this length on all that it can
 
 
 _INK = InkWeights()
@@ -113,7 +113,7 @@ class BranchNetwork:
         return meeting
 
     def is_loose(self, end: int) -> bool:
-        """Whether no other branch meets the node at an end."""
+        """Whether only this branch meets the node at an end."""
         return len(self.ends_at[int(self.node[end])]) == 1
 
     def is_crossing(self, end: int) -> bool:
@@ -247,7 +247,7 @@ def _measure(places: Complexes, half_width: float) -> tuple[float, Array]:
 
 
 def _cut_path(path: Indices, cuts: Sequence[int], closed: bool) -> list[Indices]:
-    """A path in parts, cut at some of its vertices; a closed one, which has no node of its own, is opened there."""
+    """Cuts a path at some of its vertices; a closed path, which has no node, is opened at the first of them."""
     inside = [i for i in range(1, len(path) - 1) if path[i] in cuts]
     if not inside:
         return [path]
@@ -259,7 +259,7 @@ def _cut_path(path: Indices, cuts: Sequence[int], closed: bool) -> list[Indices]
 
 
 def _direction(places: Complexes, run: Array, half_width: float) -> tuple[float, float]:
-    """In which a path leaves its first vertex, beyond the ink that it shares there with others."""
+    """The direction in which a path leaves its first vertex, seen beyond the ink that it shares there with others."""
     whole = float(run[-1])
     if whole < 1e-9:
         return 0.0, 0.0
@@ -351,7 +351,7 @@ def edge_costs(net: BranchNetwork, x_height: float, ends: Ends, weights: CostWei
     """What movements over a network cost, see `traversal.beam_search`."""
     count = 2 * len(net.branches)
     run = net.length * (net.half_width / x_height)
-    passing = _against_habit(net, x_height, weights)
+    passing = _habit_costs(net, x_height, weights)
     told = net.retrace_odds.tolist()
     # what is wide is taken to be passed again until the end, so that no traversal is dropped that does so late
     once = [max(worth, 0.0) for worth in told]
@@ -379,7 +379,7 @@ def _turning(net: BranchNetwork, cut_off: set[int], weights: CostWeights) -> lis
     turning = []
     for a, node in enumerate(net.node.tolist()):
         ends = net.ends_at[node]
-        crossed = _not_straight_on(straight, a, ends, weights)
+        crossed = _crossing_costs(straight, a, ends, weights)
         turns = [(b, _turn(straight, a, b, len(ends), weights) + more) for b, more in zip(ends, crossed, strict=True)]
         turning.append([(b, cost) for b, cost in turns if a != b or a not in cut_off])
     loose = [e for e in range(len(net.node)) if net.is_loose(e) and e not in cut_off]
@@ -429,16 +429,16 @@ def _gap_costs(net: BranchNetwork, loose: Sequence[int], weights: CostWeights) -
 
 
 def _turn(straight: Sequence[Sequence[float]], arrived: int, end: int, degree: int, weights: CostWeights) -> float:
-    """Of arriving by one end and leaving by another of the same node."""
+    """Cost of arriving at a node by one end and leaving it by another."""
     if arrived == end:
         return weights.tip if degree == 1 else weights.corner if degree == 2 else weights.turn
     return float(weights.turn * (max(0.0, 1 - straight[arrived][end]) / 2) ** 1.5)
 
 
-def _not_straight_on(
+def _crossing_costs(
     straight: Sequence[Sequence[float]], arrived: int, ends: Sequence[int], weights: CostWeights
 ) -> list[float]:
-    """Of leaving by each end of a node where two lines cross, without going straight on; 0 at other nodes."""
+    """Cost of leaving a crossing of two lines by each end without going straight on; 0 at other nodes."""
     free = [0.0] * len(ends)
     if len(ends) < 4:
         return free
@@ -450,8 +450,8 @@ def _not_straight_on(
     return [0.0 if end == ahead else cost for end in ends]
 
 
-def _against_habit(net: BranchNetwork, x_height: float, weights: CostWeights) -> list[float]:
-    """Of passing each branch, left by each of its ends, in another direction than the habitual one."""
+def _habit_costs(net: BranchNetwork, x_height: float, weights: CostWeights) -> list[float]:
+    """Cost of passing each branch, left by each of its ends, against the habitual direction of writing."""
     costs: list[float] = []
     for path in net.branches:
         way: Array = net.xy[path]

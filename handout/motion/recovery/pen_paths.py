@@ -87,7 +87,7 @@ def pen_paths(
 
 
 def _follow_scribble(placed: Placed) -> Iterator[PenPath]:
-    """The paths over ink of no letters, such as a signature: piece after piece from the left, then what is small."""
+    """Follows ink that is no letters, such as a signature: piece after piece from the left, then the small ones."""
     assert placed.ink is not None
     graph = placed.ink.graph
     x_height = _X_HEIGHT * float(np.median(graph.radius)) if len(graph) else 0.0
@@ -168,7 +168,7 @@ class _Written:
         return goes_on_over_gap(self.current.parts[-1], part, joined_share)
 
     def delay(self, glyph: PlacedGlyph, strokes: Sequence[PlacedStroke], joins: dict[int, int]) -> None:
-        """Let a glyph's strokes wait; one that comes over from the last glyph goes on in what waits of that."""
+        """Delays a glyph's strokes; one that comes from the last glyph continues what waits of that glyph."""
         waiting, crossing = _split_by_ligature(self.delayed, None)
         for stroke in strokes:
             ligature = None if stroke.begin is None else joins.get(stroke.begin)
@@ -234,13 +234,13 @@ def _divide(glyph: PlacedGlyph, leads: set[int]) -> tuple[list[PlacedStroke], li
     main, delayed = ([s for s in glyph.strokes if s.delayed == late] for late in (False, True))
     exits = [n for n, stroke in enumerate(main) if glyph.is_left_by(stroke)]
     if not exits:
-        # a bar by which alone the word goes on is no bar
+        # a bar that is the only way on to the next letter is no bar
         onward = [s for s in delayed if s.end in leads][:1]
         return [*main, *onward], [s for s in delayed if s not in onward]
     leaving = next((n for n in exits if main[n].end in leads), exits[-1])
     if glyph.placed.glyph.letter in _DELAYED or main[leaving].begin is not None:
         return main[: exits[0] + 1], [*main[exits[0] + 1 :], *delayed]
-    # who has no bar to come back for leaves a letter when all of it is there
+    # where there is no bar to come back for the pen leaves a letter when all of it is written
     return [*main[:leaving], *main[leaving + 1 :], main[leaving]], delayed
 
 

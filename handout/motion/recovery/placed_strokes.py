@@ -23,8 +23,8 @@ from handout.values import Array, Indices, LineGraph, Placed
 from handout.writing.forms import GlyphLine
 
 _SAME = 1e-6  # mm between two places that are one
-_GRAIN = 1e-5  # mm: vertices of a word nearer to one another are one
-_FAILED = 2.0  # so much longer a way without ink counts
+_GRAIN = 1e-5  # mm: vertices of a word that are nearer to each other are one
+_FAILED = 2.0  # a way without ink counts as so many times as long
 
 Part: TypeAlias = "tuple[PlacedGlyph, Indices]"  # a glyph and what a movement has of its vertices
 

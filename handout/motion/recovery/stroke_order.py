@@ -18,7 +18,7 @@ from handout.hand.scanned import NOBODY, ScannedGlyph, ScannedHand
 from handout.motion.recovery.carried_strokes import carried_cost, carry_strokes
 from handout.motion.recovery.crossbars import WordCrossbars
 from handout.motion.recovery.ink_gaps import Endpoint, endpoints, log_odds, prior_log_odds
-from handout.motion.recovery.letter_line import Candidate, LetterLine, LetterStrokes, as_said
+from handout.motion.recovery.letter_line import Candidate, LetterLine, LetterStrokes, trace_as_told
 from handout.motion.recovery.letter_tracing import candidates
 from handout.motion.recovery.writer_habits import (
     CANDIDATES,
@@ -69,13 +69,13 @@ class StrokeOrderModel:
         self._strokes: dict[int, LetterStrokes] = {}
 
     def heir(self, hand: ScannedHand) -> StrokeOrderModel | None:
-        """The model of a hand that differs at most in what a person said of strokes; None of any other."""
+        """This model for a hand that differs only in what a person said of strokes; None for any other hand."""
         pairs = list(zip(self._hand.glyphs, hand.glyphs, strict=False))
         if len(self._hand.glyphs) != len(hand.glyphs) or not all(map(operator.is_, self._hand.pages, hand.pages)):
             return None
         if len(self._hand.pages) != len(hand.pages) or not all(_inked_alike(a, b) for a, b in pairs):
             return None
-        said = self._said_otherwise(hand)
+        said = self._letters_told_anew(hand)
         other = copy.copy(self)
         other._hand = hand
         other._habits = {letter: habit for letter, habit in self._habits.items() if letter not in said}
@@ -83,17 +83,17 @@ class StrokeOrderModel:
         other._strokes = {n: one for n, one in self._strokes.items() if hand.glyphs[n].letter not in said}
         return other
 
-    def rewritten(self, before: StrokeOrderModel) -> list[int]:
-        """The glyphs that are written otherwise than in the model of the same ink, though nobody said so of them."""
-        letters, found = before._said_otherwise(self._hand), list[int]()
+    def list_rewritten(self, before: StrokeOrderModel) -> list[int]:
+        """Lists glyphs whose strokes differ from an earlier model of the same ink, though nobody named them."""
+        letters, found = before._letters_told_anew(self._hand), list[int]()
         for number in (n for letter in sorted(letters) for n in self._hand.numbers_of_letter(letter).tolist()):
             old, new = ([way for way, _ in model.ways_of(number)] for model in (before, self))
             if not self._hand.glyphs[number].ways and not _are_same(old, new):
                 found.append(number)
         return found
 
-    def _said_otherwise(self, hand: ScannedHand) -> set[str]:
-        """The letters of whose strokes a person said other things in a hand of the same glyphs."""
+    def _letters_told_anew(self, hand: ScannedHand) -> set[str]:
+        """The letters of whose strokes a person said something else in another hand of the same glyphs."""
         pairs = zip(self._hand.glyphs, hand.glyphs, strict=True)
         return {a.letter for a, b in pairs if a is not b and not _are_same(a.ways, b.ways)}
 
@@ -130,7 +130,7 @@ class StrokeOrderModel:
         return [np.array(way, dtype=np.intp) for way in ways]
 
     def _choose(self, number: int, instance: Instance) -> Candidate:
-        """Of the candidates of a glyph that which its writer has the habit of."""
+        """Chooses among the candidates of a glyph the one that its writer is used to."""
         if len(instance.candidates) == 1 or self.forms.marks[number]:
             return instance.candidates[0]
         letter = self._hand.glyphs[number].letter
@@ -167,14 +167,14 @@ class StrokeOrderModel:
         line, sections, found = self._line(number)
         if number not in self._instances:
             if said := self._on_line(number, self._hand.glyphs[number].ways, line, sections):
-                found = [as_said(found, said)]
+                found = [trace_as_told(found, said)]
             else:
                 found = sorted([*found, *self._carry_candidates(number)], key=lambda way: way.cost)
             self._instances[number] = instance_of(found, line, len(self.forms[number].xy), bool(said))
         return self._instances[number], sections
 
     def _carry_candidates(self, number: int) -> list[Candidate]:
-        """A glyph written as that of its name of which a person said it and whose ink is most alike; if any is."""
+        """Carries over the strokes that a person gave for the glyph of this letter whose ink is most alike, if any."""
         glyph, told = self._hand.glyphs[number], []
         if self._hand.pages[glyph.page].moments is not None:
             return []  # how it was written is known
@@ -189,7 +189,7 @@ class StrokeOrderModel:
         strokes = self._on_line(number, best.ways, line, sections)
         places, others = ([line.xy[way] for way in ways] for ways in (strokes, found[0].strokes))
         more = carried_cost(places, others, best.apart, line.x_height)
-        return [replace(as_said(found, strokes), cost=found[0].cost + more)]
+        return [replace(trace_as_told(found, strokes), cost=found[0].cost + more)]
 
     def clocks(self, number: int) -> tuple[Array, Array] | None:
         """(n,) s and (n, 4): when the pen was at each vertex of a glyph's body and how it was held (channels as in
@@ -311,7 +311,7 @@ def _are_same(some: Sequence[Indices], others: Sequence[Indices]) -> bool:
 
 
 def _lead(xy: Array, ways: list[list[int]], out: Sequence[int]) -> None:
-    """Let that stroke which begins or ends nearest to a ligature go on along it, from where none has told of it."""
+    """Extends the stroke that begins or ends nearest to a ligature along the part of it that no stroke covers yet."""
     known = {v for way in ways for v in way}
     last = max((k for k, v in enumerate(out) if v in known), default=0)
     i, end = min(
@@ -334,7 +334,7 @@ class _BarEnds:
     entering: set[int] = field(default_factory=set)
 
     def put_on(self, line: LetterLine) -> LetterLine:
-        """The line with these."""
+        """Puts these crossbars on the line."""
         return replace(
             line,
             entries=tuple(v for v in line.entries if v not in self.entering),
@@ -379,7 +379,7 @@ def recorded_strokes(hand: ScannedHand, forms: Forms, number: int, line: LetterL
     """
     body = forms.vertices(number)
     graph = LineGraph(line.xy, line.radius, line.density, np.zeros((len(line.xy), 2)), line.edges)
-    paths = [_forwards(path, line, len(body)) for path in graph.branches]
+    paths = [_from_beginning(path, line, len(body)) for path in graph.branches]
     strokes = sorted(paths, key=lambda path: _first_written(path, body))
     beside = hand.glyphs[number].after
     onward = forms.vertices(beside).min() if beside != NOBODY else np.inf
@@ -391,8 +391,8 @@ def _first_written(path: Indices, body: Indices) -> int:
     return int(min(path[path < len(body)], default=len(body) - 1))
 
 
-def _forwards(path: Indices, line: LetterLine, count: int) -> Indices:
-    """A path from where the pen began."""
+def _from_beginning(path: Indices, line: LetterLine, count: int) -> Indices:
+    """Turns a path so that it begins where the pen began."""
     letter_part = path[path < count]
     if len(letter_part) > 1:
         return path if letter_part[0] < letter_part[-1] else path[::-1]

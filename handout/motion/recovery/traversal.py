@@ -34,7 +34,7 @@ from handout.values import Array
 
 _WIDTH = 32  # traversals that are followed
 _GUIDED = 4  # where a form is followed
-_ALIKE = 3  # of them that have covered the same and stand at the same place
+_ALIKE = 3  # traversals kept that have covered the same branches and stand at the same place
 _LIFTS = 6  # places where a lifted pen may land
 _DEEP = 7  # branches that are retraced in one go
 _ROUNDED = 1e-9  # costs that differ less may be equal
@@ -177,7 +177,7 @@ def _steps(state: _State, costs: EdgeCosts, weights: CostWeights, reached: list[
     cost, end, covered, twice, thrice, _, _ = state
     if cost <= bound:
         most = min(cost + weights.lift + weights.landing + weights.leaving, bound)
-        _without_lift(state, costs, weights, reached, _DEEP, most)
+        _go_on_unlifted(state, costs, weights, reached, _DEEP, most)
     for last in _ways_out(state, costs):
         cost, end, covered, twice, thrice, _, _ = last
         stop = cost + costs.leaving[end ^ 1] + weights.lift + (weights.after if end ^ 1 in costs.exits else 0.0)
@@ -205,7 +205,7 @@ def _ways_out(state: _State, costs: EdgeCosts) -> list[_State]:
     return found
 
 
-def _without_lift(
+def _go_on_unlifted(
     state: _State, costs: EdgeCosts, weights: CostWeights, reached: list[_State], deep: int, most: float
 ) -> None:
     """Adds those that go on to another branch without a lift, over covered ones if need be, up to a cost of `most`."""
@@ -223,11 +223,11 @@ def _without_lift(
                     continue
             if after < most:
                 over = (after, end, covered, twice | bit, thrice | third, state, False)
-                _without_lift(over, costs, weights, reached, deep - 1, most)
+                _go_on_unlifted(over, costs, weights, reached, deep - 1, most)
 
 
 def _cheapest(states: list[_State], width: int) -> list[_State]:
-    """The cheapest, of those in the same situation only a few."""
+    """Keeps the cheapest states, and only a few of those in the same situation."""
     cheapest: list[_State] = []
     often: dict[tuple[int, int, int, int], int] = {}
     states.sort(key=itemgetter(0))

@@ -19,18 +19,18 @@ from handout.values import Array, Indices
 
 POOL = 6  # instances of a letter that tell how its writer writes it
 CANDIDATES = 8  # ways of writing an instance that are weighed
-MARGIN = 6.0  # one that costs so much more than the cheapest is not made good by the writer's habit
+MARGIN = 6.0  # a way that costs so much more than the cheapest is dropped, whatever the writer's habit
 
 
 @dataclass(frozen=True)
 class WriterHabitSettings:
     """The model of habits; the share of words all right is measured by `benchmarks.order_recovery`."""
 
-    sharp: float = 12.0  # of form distance 1: how much less likely it makes that two instances were written alike
+    sharp: float = 12.0  # how much less likely a form distance of 1 makes it that two instances were written alike
     weight: float = 2.0  # costs of a candidate for one unit less of log likelihood
     stray: float = 0.003  # share of instances that are written in ways of their own
     doubt: float = 1.0  # instances seen that follow no habit
-    told: float = 4.0  # instances that one counts for of which a person said how it was written; set by eye
+    told: float = 4.0  # an instance of which a person said how it was written counts for so many; set by eye
     warm: float = 1.0  # costs that make a candidate less likely by e
     rounds: int = 3
     least: float = 0.05  # a candidate less likely tells nothing of the other instances

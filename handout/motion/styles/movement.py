@@ -206,7 +206,7 @@ def pose_at_targets(stroke: Stroke, points: Array, *, ring: bool) -> dict[str, A
 
 
 def _measure_path(xy: Array) -> tuple[Array, float]:
-    """(n,) mm along a path, and all of it."""
+    """(n,) mm: lengths along a path, and its whole length."""
     along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(xy, axis=0), axis=1))])
     return along, float(along[-1])
 

@@ -85,7 +85,7 @@ def restyle(drawing: Drawing, style: Style, rng: np.random.Generator, height: fl
 
 
 def _form(style: Style) -> Array:
-    """(2, 2): by which places are multiplied that are to lean and stretch as the style wants it."""
+    """(2, 2): multiplied by this, places lean and stretch as the style wants it."""
     return np.array([[style.form.stretch, 0.0], [-math.tan(style.form.shear), 1.0]])
 
 
@@ -287,7 +287,7 @@ def _merge_group(group: Sequence[TargetSequence], turn: float) -> TargetSequence
 
 
 def _open_ring(sequence: TargetSequence) -> TargetSequence:
-    """A ring as a sequence that ends with the target it begins with."""
+    """Opens a ring: a sequence that ends with the target where it begins."""
     if not sequence.ring:
         return sequence
     points, corner = (
