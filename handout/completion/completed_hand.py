@@ -22,7 +22,7 @@ if TYPE_CHECKING:  # most texts lack nothing, and what makes letters takes longe
 def complete_hand(
     hand: Hand | ScannedHand, text: str, *, fallback: bool = False, seed: int = 0
 ) -> tuple[Hand | ScannedHand, list[Borrowed]]:
-    """The hand with the letters of a text that it lacks, and which those are.
+    """Add the letters of a text that a hand lacks; returns the hand and those letters.
 
     Letters of which all glyphs are doubtful are listed, and with `fallback` lent, too: these forms stand beside their
     own, and which is written is a question of price (`writing.glyph_index`).  A drawn hand stays as it is: it borrows

@@ -46,7 +46,7 @@ _PLACES: tuple[Place, ...] = ("middle", "start", "end")  # in a word, of the for
 
 
 class DrawnLetters:
-    """The drawn hand that lends its letters to a scanned one, and what of that hand they are fitted to.
+    """The drawn hand that lends letters to a scanned one, and the measures that they are fitted to.
 
     radius : half the width of the author's line; slant : dx/dy; x_height : of a small letter.
     """
@@ -265,7 +265,7 @@ def _earlier_places(strokes: Sequence[Array], radius: float) -> Indices:
 
 
 def _fill_between(sure: NDArray[np.bool_], maybe: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """(n,): what is sure, and what is between that where all may be."""
+    """(n,): what is sure, and what lies between two sure places if all of it may be."""
     filled, at = sure.copy(), np.flatnonzero(sure)
     for a, b in pairwise(at.tolist()):
         filled[a:b] = maybe[a:b].all()

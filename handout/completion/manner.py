@@ -314,7 +314,7 @@ def _measure_manner(hand: ScannedHand) -> Array:
 
 
 def _good_glyphs(hand: ScannedHand) -> Iterator[tuple[str, list[AuthorGlyph]]]:
-    """Letters of a hand of which there are forms, and those glyphs of each that are likeliest what they are called."""
+    """Letters of a hand that have forms, each with the glyphs that are likeliest labelled right."""
     probability = vet(hand).plainness
     for letter in hand.letters:
         if len(letter) == 1 and letter.isalnum() and ways.count(letter):

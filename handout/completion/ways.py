@@ -225,7 +225,7 @@ def _scale_height(xy: Array, other: Array) -> Array:
 
 
 def fit(way: FormWay, glyph: AuthorGlyph) -> BentWay:
-    """Bend a way onto a glyph: near what it covers, smooth, and near where it was."""
+    """Bend a way onto a glyph: near the ink that it covers, smoothly, and not far from its own places."""
     start = _scale_height(way.xy - [float(np.median(way.xy[:, 0])), 0.0], glyph.xy[glyph.own, 1])
     other = _turning(glyph.xy, glyph.along)
     for _ in range(_CENTRING):

@@ -149,7 +149,7 @@ def record_all(
 
 
 def keep_learnt(path: Path, values: Mapping[str, Array]) -> None:
-    """Add to a file what was worked out of the hand that `load` gives of it; where the hand ships, to one beside it.
+    """Add what was worked out of a hand to its file; for a hand that ships, to a file beside it.
 
     Raises
     ------
@@ -222,7 +222,7 @@ def journal(path: Path) -> CorrectionJournal:
 
 
 def _write(path: Path, data: bytes, inks: Collection[int] | None = None) -> None:
-    """Write a file that can be read back; `inks` are the pages whose ink is looked at for that, all of them if None."""
+    """Write a file and check that it can be read back; `inks` : the pages whose ink is checked, None for all."""
     try:
         hand = _read_file(path, data)
         for number, page in enumerate(hand.pages):
@@ -244,7 +244,7 @@ def to_bytes(hand: ScannedHand, *, packed: bool = False) -> bytes:
 
 
 def _hand_parts(hand: ScannedHand, packed: bool, drawn: Sequence[bool] = ()) -> dict[str, Content]:
-    """The parts of a file that hold a hand; `drawn` says of which pages the ink is among them, without it of all.
+    """The parts of a file that hold a hand; `drawn` : of each page whether its ink is included, () for all.
 
     Ink that a person painted is packed less tightly: somebody waits for it.
     """

@@ -1,8 +1,8 @@
 """A scanned hand while it is being corrected: its glyphs in a list that changes, found by places on a page.
 
 A letter that is named is a letter of the page's transcript: the one of that name on its line whose place is nearest,
-between the letters that are confirmed on its left and on its right.  Loose ink that is named may be of any line that is
-about as near as the nearest.
+between the letters that are confirmed on its left and on its right.  Unassigned ink that is named may belong to any of
+the nearest lines.
 """
 
 from __future__ import annotations
@@ -325,7 +325,7 @@ class HandEditor:
         return int(vertex)
 
     def _number(self, at: Spot) -> int:
-        """The glyph that a place means: of those within reach the one whose ink is nearest."""
+        """The glyph at a place: the nearest ink within reach."""
         self._on_page(at)
         near = self._tree.query_ball_point(at, _NEAR / self._scan.pixel)
         owned = [v for v in near if self._owner[v] != NOBODY]
@@ -352,7 +352,7 @@ class HandEditor:
         self._glyphs[number] = None
 
     def _new(self, vertices: Indices, text: str, place: Place | None, taking: bool = False) -> None:
-        """Make a letter of loose vertices: the one of the transcript that is missing there, or one beside it.
+        """Make a letter of loose vertices: one that the transcript lacks there, or else an additional one.
 
         taking : it may be one that other ink was taken for.
         """
@@ -456,7 +456,7 @@ class HandEditor:
             raise CorrectionError(f"a brush {width:g} pixels wide is outside 1 to {most:.0f}")
 
     def _take_page(self, page: ScannedPage, number: Indices, adopting: bool = False) -> None:
-        """Take a page whose vertices have other numbers (n,), −1 for those that are gone.
+        """Take a changed page; (n,) the new number of each old vertex, −1 if it is gone.
 
         adopting : what is new belongs to the letter that it hangs together with.
         """

@@ -100,7 +100,7 @@ class ScannedGlyph:
             object.__setattr__(self, "ways", ways if own else ())
 
     def with_neighbours(self, number: Mapping[int, int]) -> ScannedGlyph:
-        """The same glyph where those before and after it have other numbers; the same object if they have not."""
+        """The glyph with other numbers for its neighbours; the same object if they do not change."""
         before, after = number[self.before], number[self.after]
         return self if (before, after) == (self.before, self.after) else replace(self, before=before, after=after)
 

@@ -591,7 +591,7 @@ class _Flow:
 
 
 def _share_room(natural: Sequence[float], least: Sequence[float], room: float) -> list[float]:
-    """Widths of columns that share some room: as what they hold, but none wider than it must be for the others."""
+    """Widths of columns that share some room: those of their contents; the widest give way where that is too much."""
     low, high = 0.0, max(natural)
     if sum(natural) > room:
         for _ in range(40):

@@ -146,7 +146,7 @@ def identify(url: str, open_at: Callable[[str, int], Port] = _open_at) -> Machin
 
 
 def _fitting(url: str, answer: MachineIdentity, port: Port) -> Fitting:
-    """Which profiles fit a machine, by what else it says and where it is."""
+    """The profiles that fit a machine, told by its other answers and by its port."""
     if answer.known is None or not answer.dialect:
         return Fitting(())
     said = ""

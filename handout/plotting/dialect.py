@@ -114,10 +114,10 @@ class Controller(Protocol):
         """Lower or lift the pen where it stands, and wait for it."""
 
     def jog(self, dx: float, dy: float) -> None:
-        """Lift the pen and travel so far (machine coordinates, mm), whether or not it knows where it is."""
+        """Lift the pen and travel so far (machine coordinates, mm), even if it does not know its place."""
 
     def release(self) -> None:
-        """Take the power from its motors; it no longer knows where it is then.  InputError: it has no way to."""
+        """Switch its motors off; after that it does not know its place.  InputError: it cannot."""
 
     def heed_button(self) -> None:
         """From now on `send`, `wait` and `finish` raise ButtonPressed when its button has been pressed, if it has one

@@ -133,7 +133,7 @@ class HttpPort:
                 raise lost_error(self.url) from error
 
     def _free(self) -> HTTPConnection:
-        """A connection on which nothing is asked; those that the other end has closed meanwhile are left."""
+        """An idle connection, or a new one; drops those that the other end has closed."""
         while self._idle:
             connection = self._idle.pop()
             if not select.select([connection.sock], [], [], 0.0)[0]:

@@ -56,7 +56,7 @@ class InstrumentedPort(Port):
 
 
 def clock_of(port: Port) -> Callable[[], float]:
-    """The clock by which a port lives, s: its own where it has one (it is simulated), else this computer's."""
+    """The clock of a port, s: that of the simulation if it has one, else this computer's."""
     return (lambda: cast(InstrumentedPort, port).time) if hasattr(port, "time") else time.monotonic
 
 

@@ -167,7 +167,7 @@ def _lines(absorbed: NDArray[np.float32], length: float) -> list[PrintedLine]:
 
 
 def _parallel(lines: list[PrintedLine]) -> list[PrintedLine]:
-    """The lines whose slope is that of the lines beside them: one that runs out of the picture is measured badly."""
+    """The lines that slope as their neighbours do: a line that runs out of the picture is measured badly."""
     slope = np.array([line.slope for line in lines])
     if len(lines) < _SEARCH.fewest:
         return lines

@@ -151,7 +151,7 @@ def without_ink(window: PageWindow, scribble: Bools) -> Bools:
 
 
 def _in_line(window: PageWindow, like: Bools, scribble: Bools) -> Bools:
-    """(h, w): what a dab means of a mask: what it touches, and what is in line with that beyond strokes across it.
+    """(h, w): the part of a mask that a dab means: what it touches, and its continuation beyond strokes across it.
 
     A rule, or the limb of a stain, is known by its direction; a round one has all directions alike.
     """

@@ -97,7 +97,7 @@ class Decoded:
 
 @dataclass(frozen=True)
 class Held:
-    """A letter of which it is known, or likely, where it is; pixels of the line's image.
+    """A letter whose place is known or likely; pixels of the line's image.
 
     left, right : of its ends.
     reach : how far an end may lie from there.

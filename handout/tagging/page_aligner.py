@@ -166,7 +166,7 @@ class PageAligner:
         return texts
 
     def _follow(self, page: ScannedPage, touched: set[int]) -> None:
-        """Take the page as it is now; of one that was painted the lines that changed are straightened anew."""
+        """Take the page as it is now; straighten the changed lines of a painted page anew."""
         was, self._page = self._page, page
         bent = not np.array_equal(was.baselines, page.baselines)
         if bent or was.texture is not page.texture or not np.array_equal(was.dismissed, page.dismissed):
@@ -434,7 +434,7 @@ def _letters_near(
 def _divide_window(
     text: TranscriptLine, held: Mapping[int, Held], window: _LineWindow, best: Decoded, drafts: Drafts
 ) -> _LineWindow:
-    """The window with which of its letters keep their ink: those that are confirmed, or lie where they lay."""
+    """Say which letters of a window keep their ink: those that are confirmed or have not moved."""
     fixed: list[int] = []
     free: list[int] = []
     for i in range(window.first, window.stop):
@@ -472,7 +472,7 @@ def _match_vertices(uv: Array, again: Array) -> Indices:
 
 
 def _with_letters(hand: ScannedHand, number: int, drafts: Drafts) -> ScannedHand:
-    """The hand with other letters on one page; what leads from one to the next is found anew where it may differ."""
+    """The hand with other letters on one page; ligatures that may have changed are found anew."""
     page = hand.pages[number]
     own = [glyph for glyph in hand.glyphs if glyph.page == number]
     old = {glyph.at: glyph for glyph in own if glyph.at >= 0}

@@ -341,7 +341,7 @@ def _without_print(
 def _ink_alone(
     flat: NDArray[np.uint8], paper: NDArray[np.uint8], layers: tuple[NDArray[np.bool_], ...]
 ) -> NDArray[np.uint8]:
-    """The sheet with the print taken out of the ink that lies over it, so that the pen has one colour throughout.
+    """The sheet without the print under the ink, so that the pen has one colour throughout.
 
     What two layers take of the light is multiplied, so their densities add: each pixel's is parted into that of the
     print and that of the ink, least squares with neither below 0, and the ink's is kept: its colour is the pen's, how

@@ -97,7 +97,7 @@ def random_habits(rng: np.random.Generator) -> WriterHabits:
 
 
 def random_writer(hands: Sequence[Hand], rng: np.random.Generator) -> Hand:
-    """A writer whose letters are those of one of `hands`, some perhaps those of another."""
+    """A writer with the letters of one of `hands`, and perhaps some of another."""
     hand = hands[int(rng.integers(len(hands)))]
     glyphs = dict(hand.glyphs)
     if len(hands) > 1 and rng.random() < _BORROWS:

@@ -81,7 +81,7 @@ def _read_line(line: str, at: int) -> TranscriptLine:
 
 
 def in_one_line(lines: Sequence[TranscriptLine]) -> TranscriptLine:
-    """All lines as one, a space between two of them; a hyphen at the end of a line stays where it is."""
+    """All lines joined by spaces; a hyphen at the end of a line stays."""
     letters: list[str] = []
     spelt: list[str] = []
     at: list[int] = []

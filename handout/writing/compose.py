@@ -116,7 +116,7 @@ def each_part(
     fallback: bool = False,
     proofread: Proofreader | None = None,
 ) -> Iterator[Sheet | None]:
-    """Texts that are written one after the other, each in a place of its own: a page for each of them.
+    """Write texts one after the other, each on a page of its own.
 
     None stands for a text that is larger than its place; `Placed.at` counts through all texts, with one character
     between two.

@@ -179,7 +179,7 @@ def _dots(glyph: Glyph, strokes: Sequence[Array]) -> list[int]:
 
 
 def _move(mark: Array, others: Sequence[Array]) -> Array:
-    """(2,): the least way to a place where a mark has room; where none has enough, to the one that has most."""
+    """(2,): the shortest move to a place with enough room for a mark, or else to the place with most room."""
     if not others:
         return np.zeros(2)
     lines = np.vstack([_evenly(stroke) for stroke in others])
@@ -258,7 +258,7 @@ class WordWriter:
         )
 
     def other(self, forms: Sequence[Glyph], letters: Sequence[Letter], rng: np.random.Generator) -> Word[PlannedGlyph]:
-        """The word that was just written, as it comes out by another generator; the next one does not hear of it."""
+        """Write the last word again with another generator; the next word comes out as if this had not happened."""
         other = copy(self)
         for name, drift in vars(self).items():
             if isinstance(drift, Drift):

@@ -99,7 +99,7 @@ def _explain_word(index: GlyphIndex, word: Choice, before: int | None) -> list[E
 
 
 def reasons(hand: ScannedHand, explained: Sequence[Explained]) -> list[str]:
-    """One line for each place: what was taken, what it cost, and what speaks for it or against it."""
+    """One line for each place: the glyph that was taken, its cost, and the reasons for and against it."""
     glyphs = [place.numbers[place.choice] for place in explained]
     lines = []
     for i, place in enumerate(explained):

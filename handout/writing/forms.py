@@ -63,7 +63,7 @@ class Lines:
 
 @dataclass(frozen=True, eq=False)
 class Connectors:
-    """The ways that leave the glyphs of a hand, or those that come to them; those of one glyph together.
+    """The ways that leave the glyphs of a hand, or those that come to them, sorted by glyph.
 
     lines : of each way, from the letter on the left to the one on the right.
     of : (ways,) int: the glyph that has it.

@@ -154,7 +154,7 @@ def _lead_over(shape: Array, start: Array, across: Array) -> Array:
 
 
 def _stroke(form: GlyphLine, start: int) -> Indices | None:
-    """The vertices of the longest branch of a body from one of them, that one first; None for a dot."""
+    """The vertices of the longest branch of a body, from a given vertex on; None for a dot."""
     found: list[Indices] = []
     for branch in branches(form.edges, len(form.xy)):
         at = np.flatnonzero(branch == start)

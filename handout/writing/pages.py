@@ -60,7 +60,7 @@ class Word(Generic[G]):
     glued: bool = False
 
     def parts(self, room: float) -> list[Word[G]]:
-        """Itself, or, where it is wider than `room`, what is left when it is cut between letters."""
+        """The word itself, or its parts, cut between letters, if it is wider than `room`."""
         if max(self.right, self.advance) <= room or len(self.glyphs) == 1:
             return [self]
         cuts = [0]

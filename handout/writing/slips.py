@@ -99,7 +99,7 @@ def _wrong(pieces: Sequence[Piece], number: int, rng: np.random.Generator) -> li
 
 
 def _core(pieces: Sequence[Piece], number: int) -> list[Letter]:
-    """A word without the marks before and after it; nothing where it is none that may go wrong."""
+    """A word without the marks before and after it; empty if it may not go wrong."""
     if not 0 <= number < len(pieces):
         return []
     piece = pieces[number]

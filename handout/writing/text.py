@@ -339,7 +339,7 @@ def lacking(text: str, hand: Repertoire) -> dict[str, list[int]]:
 
 
 def _letters(grapheme: str, hand: Repertoire, at: int) -> list[Letter]:
-    """The grapheme as one letter of the hand, with accents where it has no form of its own; [] if it lacks it."""
+    """The grapheme as one letter of the hand, accented if it has no form of its own; [] if the hand lacks it."""
     for same in (grapheme, *ALIKE.get(grapheme, ())):
         if all(part in hand.letters for part in same):
             return [Letter(part, (), at) for part in same]

@@ -110,7 +110,7 @@ class Program(ABC):
         return pause_ms(seconds)
 
     def obey(self, block: UserLines) -> list[bytes]:
-        """Lines of the user's own, which wait until it stands and may change all that it remembers."""
+        """Send the user's own lines once the machine stands; they may change all that it remembers."""
         self.words.clear()
         return [self.standing, *(f"{line}\n".encode("ascii") for line in block.lines), *self.modes]
 

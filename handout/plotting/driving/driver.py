@@ -197,7 +197,7 @@ def draw(
 
 
 def _for_its_limits(plan: Plan, profile: Plotter, monitor: Monitor) -> Plan:
-    """The plan, made anew where the machine's own limits are others than those it was made for."""
+    """The plan, made anew if the machine's own limits differ from those it was made for."""
     planned = plan.profile
     same = (profile.limits, profile.pen, profile.port.queue) == (planned.limits, planned.pen, planned.port.queue)
     if same or not plan.toolpath.draws.any():
@@ -279,7 +279,7 @@ class _CommandStream:
             self.monitor.progress(at / whole, whole - at)
 
     def _listen(self, report: StateReport) -> None:
-        """Note what it says when it says it: by the time that a command is sent it may be old."""
+        """Note its answers as they come: they would be old by the time that the next command is sent."""
         machine, first = self.controller, self._before
         self.observer.note(
             self._clock(), report.executed - first, report.place, machine.earliest_arrival, machine.sent - first

@@ -141,7 +141,7 @@ def _new_folder(base: Path) -> Iterator[Path]:
 
 
 def free_name(work: Path, base: Path) -> Path:
-    """A folder renamed to the first name of the day that is free, such as ``mar01-2``; where it is now."""
+    """Rename a folder to the first free name of the day, such as ``mar01-2``; returns its new path."""
     now = datetime.now()
     day = f"{_MONTHS[now.month - 1]}{now.day:02}"
     for number in range(1, 100_000):
@@ -158,7 +158,7 @@ def free_name(work: Path, base: Path) -> Path:
 
 
 def find(name: str | None = None, place: Path | None = None, *, unfinished: bool = False) -> PlotJob:
-    """The job of that name; without a name, or as "last", the one that was drawn last, of all or the unfinished ones.
+    """The job of that name; "" or "last" is the job that was drawn last, of all or of the unfinished.
 
     Raises
     ------
@@ -224,7 +224,7 @@ def drawn_before(name: str | None = None, place: Path | None = None) -> PlotJob:
 
 
 def _by_use(place: Path | None) -> list[PlotJob]:
-    """All jobs, the one that was drawn last at the end; one that another program deletes meanwhile is none."""
+    """All jobs, the last drawn at the end, without those that another program deletes meanwhile."""
     used = []
     for job in list_kept_jobs(place):
         with contextlib.suppress(OSError):

@@ -175,7 +175,7 @@ def _clock(words: Sequence[_Word], pages: Sequence[Drawing], profile: Plotter, s
 
 
 def _find(text: str, words: Sequence[_Word], first: int, option: str) -> tuple[int, int]:
-    """The runs that a word or several words begin and end with, behind one; of a number those of that word."""
+    """The first and last run of one or several words, from run `first` on, or of the word with a number."""
     runs: dict[tuple[int, int], list[int]] = {}
     for at, word in enumerate(words):
         if word.number >= 0:

@@ -79,7 +79,7 @@ def check(profile: Plotter) -> None:
 
 
 def dips(strokes: Sequence[Stroke], every: float) -> frozenset[int]:
-    """The strokes before which the pen is dipped, so that between two dips it draws no more than `every` mm.
+    """The strokes before which the pen is dipped: between two dips it draws at most `every` mm.
 
     A stroke that is longer by itself has a load of its own.
     """
@@ -103,7 +103,7 @@ def dips(strokes: Sequence[Stroke], every: float) -> frozenset[int]:
 
 
 def is_join(strokes: Sequence[Stroke], at: int) -> bool:
-    """Whether a stroke goes on where the one before it ended: they are parts of one line."""
+    """Whether a stroke begins where the stroke before it ended: both are parts of one line."""
     return at > 0 and bool(np.abs(strokes[at - 1].xy[-1] - strokes[at].xy[0]).max() <= _TOUCH)
 
 

@@ -98,7 +98,7 @@ def _order(ends: Array, home: Array | None, *, thorough: bool) -> list[int]:
 
 
 def _begin_anew(strokes: list[Stroke], closed: list[int], order: list[int], home: Array | None) -> None:
-    """Begin each closed stroke where the way from the stroke before it, and on to the one after it, is shortest."""
+    """Begin each closed stroke where the travels to it and on to the next stroke are shortest together."""
     place = {point >> 1: at for at, point in enumerate(order)}
     for index in closed:
         at = place[index]

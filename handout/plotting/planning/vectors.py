@@ -87,7 +87,7 @@ def _fastest(profile: Plotter) -> float:
 
 
 def _feeds(toolpath: Toolpath, lines: Blocks, wanted: Array, profile: Plotter) -> Array:
-    """The velocity of every move, mm/s: of each stroke the one that makes it last as long as it is meant to.
+    """The velocity of every move, mm/s: each stroke lasts as long as it is meant to.
 
     A stroke whose vectors come over the wire more slowly than they could be drawn is drawn as slowly as they come: a
     pen that waits leaves a blot.

@@ -94,7 +94,7 @@ def square(side: float, names: tuple[str, str], profile: Plotter, scale: float) 
 
 
 def vernier(along: int, name: str, profile: Plotter, scale: float) -> Panel:
-    """Play of an axis: marks come to from one side, against marks from the other that are 0.05 mm nearer to each other.
+    """Shows the play of an axis: marks drawn from one side, against marks from the other side 0.05 mm closer together.
 
     Where a pair of marks makes one straight line, its number is the play, mm.
 
@@ -219,7 +219,7 @@ def ends(profile: Plotter, scale: float) -> Panel:
 
 
 def dots(profile: Plotter, scale: float) -> Panel:
-    """Dots for which the pen rests longer and longer, ms: those missing and those that blot."""
+    """Dots for which the pen rests longer and longer, ms: the first are missing, the last blot."""
     size, gap = letters(scale), 5.0 * letters(scale)
     lines = [dot(gap * (number + 0.3), 3.2 * size, rest / 1000) for number, rest in enumerate(_DOTS)]
     captions = [Caption(f"{rest}", gap * number, 6.2 * size, size) for number, rest in enumerate(_DOTS)]

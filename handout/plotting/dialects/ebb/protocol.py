@@ -134,7 +134,7 @@ def _milliseconds(seconds: float) -> list[int]:
 
 
 def _rate(way: float, seconds: float, period: float) -> int:
-    """What the servo's place changes by with every pulse, so that it goes all its way in that time."""
+    """The step of the servo with every pulse, so that it goes all its way in that time."""
     return max(1, min(65535, math.ceil(abs(way) * period / max(seconds, period))))
 
 

@@ -66,7 +66,7 @@ SIGNED = Version(3, 0, 0)  # a rate may change its sign under way, and the queue
 
 
 class Slice(NamedTuple):
-    """What one motor has to do in one move: from where to where, steps, and its speeds at both ends, steps a tick."""
+    """One move of one motor: where it begins and ends, steps, and its speeds there, steps a tick."""
 
     begin: float
     end: float

@@ -72,7 +72,7 @@ class GrblController(BaseController):
         self.conversation.hear(self._note_acknowledged, _SOON)
 
     def finish(self) -> None:
-        """Wait until the last line is acknowledged, and it says that it stands where it should."""
+        """Wait until the last line is acknowledged and the machine reports that it stands in the right place."""
         self.conversation.drain(self._note_acknowledged)
         while self.executed < self.taken:
             self.wait()
@@ -93,7 +93,7 @@ class GrblController(BaseController):
         return (work[0], work[1], work[2]) if len(work) >= 3 else None
 
     def _look(self, status: Status) -> None:
-        """Count what has certainly been executed, from where it is and what waits in its queue."""
+        """Count the commands that are certainly executed, by its place and by the length of its queue."""
         free = status.field("Bf")
         size = self.profile.port.queue
         self.queued = max(size - int(free[0]), 0) if free else None
@@ -165,7 +165,7 @@ class GrblController(BaseController):
         self._tracking = None
 
     def jog(self, dx: float, dy: float) -> None:
-        """Travel relative to the place that it reports, even if that is wrong or it has not been homed."""
+        """Travel from the place that the machine reports, even if it is wrong or was never homed."""
         self._unlock()
         place = self._place(self.conversation.status())
         if place is None:
@@ -215,7 +215,7 @@ class GrblController(BaseController):
         return None
 
     def _count_executed(self, status: Status) -> Place | None:
-        """Count what has been executed when it stands; returns its place if it still knows it."""
+        """Count the executed commands when the machine stands; returns its place if it still knows it."""
         self._knows &= status.state in ("Hold", "Idle") and not self.conversation.restarted
         place = self._place(status) if self._knows else None
         if place is not None and self._tracking is not None:

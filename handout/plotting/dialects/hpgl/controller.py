@@ -50,7 +50,7 @@ class PenPosition:
                 self.at = round(before[0] + x), round(before[1] + y)
 
     def is_missed(self, x: float, y: float) -> bool:
-        """Whether a plotter that stands there is not where it was sent; rounding may leave it a unit beside."""
+        """Whether the plotter stands elsewhere than it was sent, by more than rounding explains."""
         return self.at is not None and max(abs(x - self.at[0]), abs(y - self.at[1])) > _NEAR
 
 
@@ -137,7 +137,7 @@ class HpglController(BaseController):
         self._proven = self.sent
 
     def _check_place(self) -> None:
-        """See, while it stands with its pen lifted, that it understood all it was sent and stands where that led."""
+        """Check, while it stands with its pen lifted, that it understood every command and stands where they lead."""
         x, y, down = self._place(self._patience + _LONGEST)
         status = int(self.conversation.ask(protocol.STATUS)[0])
         if status & protocol.STARTED:

@@ -69,7 +69,7 @@ class HpglConversation(Conversation[bytes]):
         return answer.strip()
 
     def _is_held(self) -> bool:
-        """Whether it is on hold; the answer that it still owes may come before that to this question."""
+        """Whether it is on hold; an answer that it still owes may come before the one to this question."""
         self.port.write(protocol.STATE)
         end = self.time + self.timeout
         while self.time < end:

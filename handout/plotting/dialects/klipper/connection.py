@@ -70,7 +70,7 @@ def restart(conversation: MoonrakerConversation) -> None:
 
 
 def _wait_until_ready(conversation: MoonrakerConversation, goes: float = 0.0) -> None:
-    """Wait until it has started; it may say for `goes` s that it is shut down, before it begins."""
+    """Wait until it has started; before that it may say for `goes` s that it is shut down."""
     begun = conversation.time
     while conversation.time < begun + _STARTS:
         state, why = conversation.state()

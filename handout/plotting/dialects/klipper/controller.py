@@ -52,7 +52,7 @@ class _Way(NamedTuple):
 
 
 class Executed:
-    """Of how many commands it is certain that the board has executed them: it has been heard of since.
+    """How many commands the board has certainly executed, since it was heard of after them.
 
     Klipper counts about once a second how many bytes its board has said.  A board that has said something after a
     count was alive then, and has done what was due by then, or else it would have shut down.
@@ -198,7 +198,7 @@ class KlipperController(BaseController):
         self.listener(StateReport(self.taken, self.executed))
 
     def _prove(self) -> None:
-        """See that the board is there now that it stands: ask for its switches, or wait until it is heard of.
+        """Check that the board still answers when it stands: ask for its switches, or wait for a message.
 
         One that comes back after Klipper has given it up answers too.
         """
@@ -248,7 +248,7 @@ class KlipperController(BaseController):
         self._obey_lines([*protocol.MODES[:2], *protocol.pen(down, self.profile.pen)])
 
     def jog(self, dx: float, dy: float) -> None:
-        """Travel from where it is; Klipper moves no axis whose place it does not know."""
+        """Travel from its place; Klipper moves no axis whose place it does not know."""
         place = self.position()
         if place is None:
             raise DeviceAlarm("Klipper moves no axis before it is homed: home it first (handout pen home).")
@@ -275,7 +275,7 @@ class KlipperController(BaseController):
             self._obey_lines([*protocol.MODES[:2], *protocol.pen(False, self.profile.pen)])
 
     def _runs_out(self) -> bool:
-        """Let it finish, and count what it has drawn; False if somebody interrupts again, and it is shut down."""
+        """Let it finish and count what it has drawn; False if somebody interrupts again, which shuts it down."""
         refused = False
         try:
             self.log("The plotter finishes what it has in hand, about two seconds; interrupt again to stop it dead.")

@@ -62,7 +62,7 @@ class MoonrakerConversation(Conversation[Reply]):
             self.request("printer.objects.query", {"objects": protocol.ASKED})
 
     def hear(self, patience: float) -> list[Status]:
-        """Heed what is said within `patience` s; what it says of itself.  One that is silent is asked how it is."""
+        """Heed the messages of `patience` s and return its reports; a silent machine is asked for its state."""
         begun = self.time
         replies = self.replies(min(patience, self.glance))
         if not replies:
@@ -142,7 +142,7 @@ class MoonrakerConversation(Conversation[Reply]):
         return told
 
     def ask(self, data: bytes) -> list[Status]:
-        """Have lines obeyed, after those that are under way; what it says of itself meanwhile."""
+        """Have lines obeyed after those under way; returns what it reports meanwhile."""
         self.finish_script()
         self.send(data)
         return self.finish_script()

@@ -95,7 +95,7 @@ class MarlinConversation(Conversation[Reply]):
         return self._last - self._done
 
     def send(self, data: bytes, command: int) -> None:
-        """Write a line as soon as the controller has room for it, after those that it wants again."""
+        """Write a line as soon as the controller has room, after the lines that it asked for again."""
         while True:
             line = ProtocolLine(self._last + 1, data, command, protocol.frame_line(self._last + 1, data))
             if self._next > self._last and self._room(line):
@@ -120,7 +120,7 @@ class MarlinConversation(Conversation[Reply]):
         return replies
 
     def _proceed(self) -> None:
-        """Write the next line that it wants again, or hear what it says."""
+        """Write the next line that it asked for again, or hear its answers."""
         if self._next <= self._last and self._room(self._line(self._next)):
             self._write(self._line(self._next))
             self.again += 1
@@ -155,7 +155,7 @@ class MarlinConversation(Conversation[Reply]):
         return not before or sum(len(self._line(n).framed) for n in before) + len(line.framed) <= self.buffer - 1
 
     def hear(self) -> None:
-        """Hear what it says next.  A controller that says nothing is asked; DeviceSilent if it is silent still."""
+        """Hear the next answers.  A silent controller is asked; DeviceSilent if it stays silent."""
         glance, begun = self.glance, self.time
         while not (replies := self.replies(glance)):
             passed, begun = self.time - begun, self.time

@@ -129,7 +129,7 @@ class SettingsLine(NamedTuple):
 
 
 class Position(NamedTuple):
-    """Where the last move it has taken leads to, mm; that is where it stands once all motion is done."""
+    """The end of the last move that it has taken, mm: it stands there when all motion is done."""
 
     x: float
     y: float
