@@ -33,7 +33,7 @@ _RESERVED = re.compile(r"(con|prn|aux|nul|com[0-9¹²³]|lpt[0-9¹²³])\s*(\..*
 
 @contextlib.contextmanager
 def open_together() -> Iterator[Callable[[Path], contextlib.AbstractContextManager[BinaryIO]]]:
-    """Gives a function that opens files as `open_file` does; all go to their places if the block ends without an error.
+    """Give a function that opens files as `open_file` does; all go to their places if the block ends without an error.
 
     Raises
     ------

@@ -290,7 +290,7 @@ def grid_cells(columns: int, rows: int) -> tuple[list[tuple[int, int]], list[tup
 
 
 def _shuffle_by_salt(items: list[_T], salt: str) -> list[_T]:
-    """The items in an order that only the salt decides: no random generator promises the same numbers for ever."""
+    """Shuffle items by the salt alone: no random generator promises the same numbers for ever."""
 
     def key(i: int) -> bytes:
         return blake2b(f"{salt} {i}".encode(), digest_size=16).digest()
@@ -301,7 +301,7 @@ def _shuffle_by_salt(items: list[_T], salt: str) -> list[_T]:
 def _scatter_repeats(
     repeats: list[tuple[int, int, int]], free: list[tuple[int, int]], sheet: _Sheet
 ) -> dict[tuple[int, int], tuple[int, int, int]]:
-    """A cell for each repeat; the repeats of one colour are spread evenly over the page."""
+    """Give each repeat a cell; the repeats of one colour are spread evenly over the page."""
     left = set(free)
     placed = {}
     for colour in sorted(set(repeats), key=lambda c: (-repeats.count(c), c)):

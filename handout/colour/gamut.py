@@ -54,7 +54,7 @@ class Reach:
 
 
 def tell_loss(out: float, mean: float, whose: str = "") -> str:
-    """What of an ink cannot be printed, in the sentence in which it is said everywhere.
+    """The sentence, the same everywhere, on what of an ink cannot be printed.
 
     Parameters
     ----------

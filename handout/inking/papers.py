@@ -107,7 +107,7 @@ class Paper:
 
 
 def parse_paper(text: str) -> Paper:
-    """Reads a paper: a name, a name with the distance of its lines (and its first rule), or a file.
+    """Read a paper: a name, a name with the distance of its lines (and its first rule), or a file.
 
     Raises
     ------
@@ -131,7 +131,7 @@ def parse_paper(text: str) -> Paper:
 
 
 def place_lines(paper: Paper, about: Mapping[str, Any]) -> Paper:
-    """Places the lines of a paper where those of a page lie, if `Drawing.about` says so and the paper does not.
+    """Place the lines of a paper where those of a page lie, if `Drawing.about` says so and the paper does not.
 
     Ruled paper without a pitch of its own takes that of the writing.
     """

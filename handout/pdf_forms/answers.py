@@ -52,7 +52,7 @@ class Answers:
 def match_columns(
     form: PdfForm, header: Sequence[str], columns: Sequence[str] = ()
 ) -> tuple[dict[int, Field], list[str]]:
-    """The field that each column answers, and sentences on columns that answer none.
+    """Match each column with the field that it answers; with sentences on columns that answer none.
 
     Parameters
     ----------
@@ -159,7 +159,7 @@ def _value(field: Field, text: str) -> tuple[str, str]:
 
 
 def _read_check_box(field: Field, text: str) -> tuple[str, str]:
-    """Which boxes of a check box's name are marked: "x" for all of them, or what one stands for."""
+    """Read which boxes of a check box's name are marked: "x" for all of them, or what one stands for."""
     said = text.casefold()
     for state, shown in field.options if len(field.options) > 1 else ():
         if said in (state.casefold(), shown.casefold()):
@@ -185,6 +185,6 @@ _LONGEST_QUOTE = 40  # characters of an answer that a sentence repeats
 
 
 def quote_answer(text: str) -> str:
-    """The beginning of an answer, as a sentence repeats it."""
+    """Quote the beginning of an answer in a sentence."""
     line = " ".join(text.split())
     return repr(line if len(line) <= _LONGEST_QUOTE else f"{line[:_LONGEST_QUOTE]}…")

@@ -80,7 +80,7 @@ class FieldFrame:
         return np.column_stack(places[self.turn])
 
     def place_glyph(self, glyph: Placed) -> Placed:
-        """A glyph of the frame on the page."""
+        """Place a glyph of the frame on the page."""
         return _map_glyph(glyph, self.to_page, 1 / self.scale)
 
 
@@ -206,7 +206,7 @@ class Filler:
         return replace(entry, layout=layout)
 
     def _comb_entry(self, entry: FieldEntry, cells: int, usual: float, rng: np.random.Generator) -> FieldEntry:
-        """A letter a cell: set with a space between any two, and moved to their cells afterwards."""
+        """Set one letter in each cell: with spaces between them first, then each is moved to its cell."""
         width, height = entry.frame.size
         size = _bound_size(min(SETTINGS.of_height * height, SETTINGS.of_cell * width / cells), usual)
         filled = tuple(n for n, letter in enumerate(entry.text) if not letter.isspace())
@@ -322,7 +322,7 @@ def _move_points(points: Array, about: Array, to: Array, scale: float) -> Array:
 
 
 def _map_glyph(glyph: Placed, move: Callable[[Array], Array], scale: float) -> Placed:
-    """A glyph whose places are moved, with a line so many times as wide."""
+    """Move the places of a glyph, and make its line so many times as wide."""
     ink = glyph.ink
     if ink is not None:
         ink = replace(ink, graph=replace(ink.graph, xy=move(ink.graph.xy), radius=ink.graph.radius * scale))
@@ -340,7 +340,7 @@ _LARGEST_MARK = 5.0  # mm: in a larger box people make no larger cross
 
 
 def _draw_mark(frame: FieldFrame, mark: Mark, jitter: float, rng: np.random.Generator) -> Line:
-    """A cross or a tick, in the middle of its box."""
+    """Draw a cross or a tick in the middle of its box."""
     width, height = frame.size
     side = min(width, height, _LARGEST_MARK) * (1 + 0.06 * jitter * float(rng.standard_normal()))
     corner = np.array([AROUND + (width - side) / 2, AROUND + (height - side) / 2])

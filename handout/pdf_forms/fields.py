@@ -102,7 +102,7 @@ class PdfForm:
 
 @contextmanager
 def open_pdf(path: Path) -> Iterator[Any]:
-    """A PDF as pikepdf has it.
+    """Open a PDF with pikepdf.
 
     Raises
     ------
@@ -129,7 +129,7 @@ def open_pdf(path: Path) -> Iterator[Any]:
 
 
 def read_form(path: Path) -> PdfForm:
-    """The fields of a form.
+    """Read the fields of a form.
 
     Raises
     ------

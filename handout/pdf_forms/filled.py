@@ -127,7 +127,7 @@ def _without_value(document: Any, look: Any, *, has_value: bool) -> Any:
 
 
 def _place_appearance(page: Any, look: Any, rectangle: Any) -> bytes:
-    """What draws an appearance so that it fills a rectangle of its page."""
+    """The operators that draw an appearance so that it fills a rectangle of its page."""
     import pikepdf
 
     look.Type, look.Subtype = pikepdf.Name.XObject, pikepdf.Name.Form

@@ -36,7 +36,7 @@ class InversionSettings:
     candidates: int = 8  # samples, near in evened L*a*b*, of which ΔE00 chooses
     shell: float = 1.8 / 32  # scanned: a little more than the diagonal of a cell of the usual table
     seen: float = 0.1  # ΔE00 below which nothing nearer is looked for
-    clearly: float = 0.1  # ΔE00 less that are lost, for which the exact inverse beyond the surface is given up
+    clearly: float = 0.1  # the exact inverse beyond the surface is given up where that loses less by so much ΔE00
     far: float = 2.0  # ΔE00 within which the printable colour that looks nearest may lead to the exact inverse
     steps: tuple[float, float] = (1 / 64, 1 / 128)  # device: of the refinement
 
@@ -84,7 +84,7 @@ def nearest(forward: Forward, wanted: Array) -> Array:
 
 
 def _refine_channels(forward: Forward, aim: Array, device: Array, cost: Array, step: float) -> tuple[Array, Array]:
-    """Each channel moved to the foot of the parabola through three squared differences, where that is better."""
+    """Move each channel to the foot of the parabola through three squared differences, where that is better."""
     for channel in range(3):
         move = np.zeros(3)
         move[channel] = step

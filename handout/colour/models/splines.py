@@ -49,7 +49,7 @@ def noise(device: Array, scanned: Array, deviation: Array) -> Array:
 
 
 def merge_close_rows(x: Array, y: Array, variances: Array) -> PreparedSamples:
-    """Rows whose `x` are closer than `CLOSE` become one row, each weighted by how well it is known."""
+    """Merge rows whose `x` are closer than `CLOSE`, each weighted by how well it is known."""
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components
     from scipy.spatial import KDTree

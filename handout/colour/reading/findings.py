@@ -39,7 +39,7 @@ class ScanFinding:
 
 
 def list_names(names: Iterable[str]) -> str:
-    """Names of patches for a sentence, not too many."""
+    """List names of patches for a sentence: the first few, and how many more."""
     every = list(names)
     more = f" and {len(every) - _SHOWN} more" if len(every) > _SHOWN else ""
     return ", ".join(every[:_SHOWN]) + more

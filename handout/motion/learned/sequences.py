@@ -169,7 +169,7 @@ def features(targets: Array, up: Array, there: Array, inputs: Inputs, unit: Arra
 
 
 def frame_sequence(sequence: MovementSequence) -> tuple[Array, Array, Array]:
-    """Pads targets, up and there of a sequence for `features`, which takes them so."""
+    """Pad targets, up and there of a sequence for `features`, which takes them so."""
     targets = np.concatenate([sequence.targets[:1], sequence.targets, sequence.targets[-1:]])
     up = np.concatenate([[1.0], sequence.up.astype(np.float64), [1.0]])
     return targets, up, np.concatenate([[0.0], sequence.ways_there.astype(np.float64), [0.0]])
@@ -183,5 +183,5 @@ def cut_off(sequence: MovementSequence) -> MovementSequence:
 
 
 def bound_dynamics(dt: float, theta: float) -> tuple[float, float]:
-    """Clips Δt and θ to what a stroke can have."""
+    """Clip Δt and θ to what a stroke can have."""
     return min(max(dt, LEAST_DT), MOST_DT), min(max(theta, -MOST_BENT), MOST_BENT)

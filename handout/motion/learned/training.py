@@ -132,7 +132,7 @@ class Windows:
         return Windows(*(getattr(self, name)[rows] for name in self.__dataclass_fields__))
 
     def vary_plans(self, variation: PlanVariation, rng: np.random.Generator) -> Windows:
-        """Perturbs all windows as `vary` would."""
+        """Perturb all windows as `vary` would."""
         shift = variation.target * self.reach[..., None] * rng.standard_normal(self.targets.shape)
         # the target before the first way and the one after the last may be copies, whose ways are not there
         dt, theta = (

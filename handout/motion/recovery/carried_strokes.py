@@ -97,7 +97,7 @@ def _lay_over(ink: Array, over: Array) -> tuple[Array, float]:
 
 
 def _extend_strokes(graph: LineGraph, own: Indices, ways: Sequence[Indices], size: float) -> list[Indices] | None:
-    """Extends strokes over the ink left out at their ends; None where they leave out more."""
+    """Extend strokes over the ink left out at their ends; None where they leave out more."""
     from scipy.spatial import cKDTree
 
     uv, whole = graph.uv, [way for way in ways if len(way)]

@@ -149,7 +149,7 @@ def _rightwards(net: BranchNetwork, path: Indices) -> Indices:
 def loop_direction_errors(
     net: BranchNetwork, strokes: Sequence[Sequence[int]], letter: str, baseline: float | None, x_height: float
 ) -> int:
-    """Counts the loops of a traversal that run the wrong way round.
+    """Count the loops of a traversal that run the wrong way round.
 
     A loop of l or d goes up on its right and comes down on its left, and so do the bowls of a and o; the tail of g or y
     goes down on its right and comes up on its left.  The two lines of a narrow loop part so smoothly that how they go

@@ -151,7 +151,7 @@ class _TracedLetter:
         return [_with_overlap(self._path_of[s], self.line) for s in self.traversals[number].strokes]
 
     def flags(self, number: int, drawn: Indices | None, dots: int) -> tuple[tuple[bool, ...], tuple[bool, ...]]:
-        """Tells of the strokes of a traversal, and of the dots after it, which are delayed and which are crossbars."""
+        """Tell of the strokes of a traversal, and of the dots after it, which are delayed and which are crossbars."""
         traversal = self.traversals[number]
         late = [False] * len(traversal.strokes)
         if self.laid is not None and drawn is not None:
@@ -203,7 +203,7 @@ def _foreign_bars(net: BranchNetwork, line: LetterLine) -> list[tuple[int, ...]]
 def _search_guided(
     net: BranchNetwork, x_height: float, ends: Ends, laid: _Laid, weights: CostWeights
 ) -> list[Traversal]:
-    """Searches the traversals that follow forms of other than built-in hands; none where there are no such forms."""
+    """Search the traversals that follow forms of other than built-in hands; none where there are no such forms."""
     taught = np.flatnonzero(~laid.forms.drawn)
     if not len(taught):
         return []

@@ -247,7 +247,7 @@ def _measure(places: Complexes, half_width: float) -> tuple[float, Array]:
 
 
 def _cut_path(path: Indices, cuts: Sequence[int], closed: bool) -> list[Indices]:
-    """Cuts a path at some of its vertices; a closed path, which has no node, is opened at the first of them."""
+    """Cut a path at some of its vertices; a closed path, which has no node, is opened at the first of them."""
     inside = [i for i in range(1, len(path) - 1) if path[i] in cuts]
     if not inside:
         return [path]

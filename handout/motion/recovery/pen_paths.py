@@ -87,7 +87,7 @@ def pen_paths(
 
 
 def _follow_scribble(placed: Placed) -> Iterator[PenPath]:
-    """Follows ink that is no letters, such as a signature: piece after piece from the left, then the small ones."""
+    """Follow ink that is no letters, such as a signature: piece after piece from the left, then the small ones."""
     assert placed.ink is not None
     graph = placed.ink.graph
     x_height = _X_HEIGHT * float(np.median(graph.radius)) if len(graph) else 0.0
@@ -168,7 +168,7 @@ class _Written:
         return goes_on_over_gap(self.current.parts[-1], part, joined_share)
 
     def delay(self, glyph: PlacedGlyph, strokes: Sequence[PlacedStroke], joins: dict[int, int]) -> None:
-        """Delays a glyph's strokes; one that comes from the last glyph continues what waits of that glyph."""
+        """Delay a glyph's strokes; one that comes from the last glyph continues what waits of that glyph."""
         waiting, crossing = _split_by_ligature(self.delayed, None)
         for stroke in strokes:
             ligature = None if stroke.begin is None else joins.get(stroke.begin)

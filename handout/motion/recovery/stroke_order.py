@@ -84,7 +84,7 @@ class StrokeOrderModel:
         return other
 
     def list_rewritten(self, before: StrokeOrderModel) -> list[int]:
-        """Lists glyphs whose strokes differ from an earlier model of the same ink, though nobody named them."""
+        """List glyphs whose strokes differ from an earlier model of the same ink, though nobody named them."""
         letters, found = before._letters_told_anew(self._hand), list[int]()
         for number in (n for letter in sorted(letters) for n in self._hand.numbers_of_letter(letter).tolist()):
             old, new = ([way for way, _ in model.ways_of(number)] for model in (before, self))
@@ -130,7 +130,7 @@ class StrokeOrderModel:
         return [np.array(way, dtype=np.intp) for way in ways]
 
     def _choose(self, number: int, instance: Instance) -> Candidate:
-        """Chooses among the candidates of a glyph the one that its writer is used to."""
+        """Choose among the candidates of a glyph the one that its writer is used to."""
         if len(instance.candidates) == 1 or self.forms.marks[number]:
             return instance.candidates[0]
         letter = self._hand.glyphs[number].letter
@@ -174,7 +174,7 @@ class StrokeOrderModel:
         return self._instances[number], sections
 
     def _carry_candidates(self, number: int) -> list[Candidate]:
-        """Carries over the strokes that a person gave for the glyph of this letter whose ink is most alike, if any."""
+        """Carry over the strokes that a person gave for the glyph of this letter whose ink is most alike, if any."""
         glyph, told = self._hand.glyphs[number], []
         if self._hand.pages[glyph.page].moments is not None:
             return []  # how it was written is known
@@ -311,7 +311,7 @@ def _are_same(some: Sequence[Indices], others: Sequence[Indices]) -> bool:
 
 
 def _lead(xy: Array, ways: list[list[int]], out: Sequence[int]) -> None:
-    """Extends the stroke that begins or ends nearest to a ligature along the part of it that no stroke covers yet."""
+    """Extend the stroke that begins or ends nearest to a ligature along the part of it that no stroke covers yet."""
     known = {v for way in ways for v in way}
     last = max((k for k, v in enumerate(out) if v in known), default=0)
     i, end = min(
@@ -334,7 +334,7 @@ class _BarEnds:
     entering: set[int] = field(default_factory=set)
 
     def put_on(self, line: LetterLine) -> LetterLine:
-        """Puts these crossbars on the line."""
+        """Put these crossbars on the line."""
         return replace(
             line,
             entries=tuple(v for v in line.entries if v not in self.entering),
@@ -392,7 +392,7 @@ def _first_written(path: Indices, body: Indices) -> int:
 
 
 def _from_beginning(path: Indices, line: LetterLine, count: int) -> Indices:
-    """Turns a path so that it begins where the pen began."""
+    """Turn a path so that it begins where the pen began."""
     letter_part = path[path < count]
     if len(letter_part) > 1:
         return path if letter_part[0] < letter_part[-1] else path[::-1]

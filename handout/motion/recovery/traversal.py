@@ -227,7 +227,7 @@ def _go_on_unlifted(
 
 
 def _cheapest(states: list[_State], width: int) -> list[_State]:
-    """Keeps the cheapest states, and only a few of those in the same situation."""
+    """Keep the cheapest states, and only a few of those in the same situation."""
     cheapest: list[_State] = []
     often: dict[tuple[int, int, int, int], int] = {}
     states.sort(key=itemgetter(0))

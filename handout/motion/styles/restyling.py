@@ -287,7 +287,7 @@ def _merge_group(group: Sequence[TargetSequence], turn: float) -> TargetSequence
 
 
 def _open_ring(sequence: TargetSequence) -> TargetSequence:
-    """Opens a ring: a sequence that ends with the target where it begins."""
+    """Open a ring: a sequence that ends with the target where it begins."""
     if not sequence.ring:
         return sequence
     points, corner = (

@@ -85,7 +85,7 @@ class Firmware(Protocol):
         """When something happens next by itself (a step, say), s; infinite: nothing will."""
 
     def step(self) -> None:
-        """It happens now."""
+        """Do what is due now."""
 
     def refuse(self) -> None:
         """Answer an instruction with an error."""

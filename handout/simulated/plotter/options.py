@@ -170,7 +170,7 @@ class Faults:
         return True
 
     def damage_bytes(self, data: bytes, ends: bytes) -> tuple[bytes, str]:
-        """What of the bytes the host writes sets off on the wire; and the fault that cuts the way short, if one does.
+        """Damage what the host writes: the bytes that set off on the wire, and the fault that cuts them short, if any.
 
         A fault at the byte `at` of all that the host writes strikes there; without `at`, at the end of instruction
         number `after`.
@@ -189,7 +189,7 @@ class Faults:
         return before + self._instead(byte) + rest, ""
 
     def damage_answer(self, data: bytes) -> bytes:
-        """What of an answer comes back to the host."""
+        """Damage an answer: what of it comes back to the host."""
         place, self.said = self.options.at - self.said, self.said + len(data)
         if self._struck or self.options.fault not in ANSWER_FAULTS or not 0 <= place < len(data):
             return data

@@ -41,27 +41,27 @@ class DrawnPaper:
         return self.trace[-1][1]
 
     def move_to(self, now: float, believed: Steps) -> None:
-        """The controller has moved the carriage to where it believes it to be."""
+        """Record that the controller moved the carriage to where it believes it to be."""
         (x, y, z), shift = believed, self.shift
         self.trace.append((now, (x + shift[0], y + shift[1], z + shift[2])))
 
     def believe(self, believed: Steps) -> None:
-        """The carriage stands still, and the controller changes its mind about where that is."""
+        """Record that the controller takes another place for that where the carriage stands."""
         x, y, z = (is_ - counted for is_, counted in zip(self.place, believed, strict=True))
         self.shift = (x, y, z)
 
     def slip_steps(self, believed: Steps) -> Steps:
-        """The carriage is stopped dead: some steps are counted and not made; where the controller believes it."""
+        """Stop the carriage dead: some steps are counted and not made; returns where the controller takes it to be."""
         counted = (believed[0] + _SLIP, believed[1] + _SLIP, believed[2])
         self.believe(counted)
         return counted
 
     def find_zero(self, now: float) -> None:
-        """The carriage has found its true zero."""
+        """Record that the carriage is at its true zero."""
         self.trace.append((now, (0, 0, self.place[2])))
 
     def lift_pen(self, now: float) -> None:
-        """A person lifts the pen, at once, whatever it was told a moment before."""
+        """Lift the pen at once, as a person does, whatever it was told a moment before."""
         if self.profile.pen.lift == "z":
             self.trace.append((now, (*self.place[:2], round(self.profile.pen.up * self.steps[2]))))
         when = now - self.profile.pen.up_time
@@ -77,11 +77,11 @@ class DrawnPaper:
         self.shift = (-believed[0], -believed[1], self.shift[2])
 
     def pen(self, now: float, value: float) -> None:
-        """The pen is told to go somewhere."""
+        """Record a command to the pen."""
         self.power.append((now, value))
 
     def fresh(self, now: float) -> None:
-        """A fresh sheet: what was drawn is gone with the last one."""
+        """Lay a fresh sheet: what was drawn is gone with the last one."""
         self.trace[:] = [(now, self.place)]
         del self.power[:-1]
 

@@ -92,7 +92,7 @@ class SimulatedPlotter(InstrumentedPort):
         return self.now if self._clock is None else self._clock.monotonic() - self._epoch
 
     def _catch_up(self) -> None:
-        """What has happened since it was looked at last, by the real clock."""
+        """Let happen, by the real clock, what is due since it was looked at last."""
         if self._clock is not None:
             self._advance(self._clock.monotonic() - self._epoch, heard=False)
 
@@ -135,7 +135,7 @@ class SimulatedPlotter(InstrumentedPort):
         return b"".join(answered)
 
     def close(self) -> None:
-        """Nothing more comes or goes."""
+        """Close the port: nothing more is sent or received."""
         self._closed = True
 
     def replug(self, seconds: float = 60.0) -> None:

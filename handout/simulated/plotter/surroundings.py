@@ -24,7 +24,7 @@ while os.getppid() == parent:
 
 @contextlib.contextmanager
 def disturb_computer(query: str) -> Iterator[None]:
-    """What the address of a simulated plotter asks for after ``sim:?`` (``disk=1s&busy=2``), as long as it is used."""
+    """Slow disk and processor as an address asks after ``sim:?`` (``disk=1s&busy=2``), until the block ends."""
     options = parse(query)
     with slow_disk(options.disk), busy_processor(options.busy):
         yield

@@ -153,7 +153,7 @@ class Wire:
         return line
 
     def lose(self) -> None:
-        """What is under way comes to nobody."""
+        """Lose the bytes that are under way."""
         self._under_way.clear()
 
     def clear(self) -> None:

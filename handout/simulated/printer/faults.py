@@ -67,7 +67,7 @@ def manage_colour(device: Array) -> Array:
 
 
 def lay_ink(coverage: Array, names: Iterable[str]) -> Array:
-    """(n, 4) what is laid down of what the driver asks for, (n, 4)."""
+    """(n, 4): the ink that a printer with these faults lays down when the driver asks for (n, 4)."""
     amounts = np.array(coverage, dtype=np.float64)
     if "ink-limit" in names:
         amounts *= np.minimum(1, _LIMIT / np.maximum(amounts.sum(axis=1, keepdims=True), _LIMIT))

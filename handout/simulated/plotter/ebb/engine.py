@@ -36,7 +36,7 @@ class Accumulators:
     left: list[int] = field(default_factory=lambda: [0, 0])
 
     def clear(self, which: int, falling: tuple[bool, bool] = (False, False)) -> None:
-        """Bit 0: motor 1, bit 1: motor 2; one that will count down is filled instead."""
+        """Clear accumulators (bit 0: motor 1, bit 1: motor 2); fill that of a motor that will count down instead."""
         for motor in (0, 1):
             if which >> motor & 1:
                 self.left[motor] = FULL - 1 if falling[motor] else 0
@@ -212,13 +212,13 @@ class Engine:
         return interrupted
 
     def slip(self) -> None:
-        """The motors were stopped dead: some steps were counted and not made."""
+        """Let the motors slip: they were stopped dead, so some steps were counted and not made."""
         self.steps = [steps + _SLIP for steps in self.steps]
         self._motors = (self._motors[0] + _SLIP, self._motors[1] + _SLIP)
         self.paper.believe((*self._halves(*self._motors), self.paper.place[2]))
 
     def count_steps(self, now: float) -> tuple[int, int]:
-        """Steps of both motors so far."""
+        """Count the steps of both motors so far."""
         first, second = self._so_far(now)
         return self.steps[0] + first, self.steps[1] + second
 
@@ -230,7 +230,7 @@ class Engine:
         return bool(last[0] != so_far[0]), bool(last[1] != so_far[1])
 
     def clear(self) -> None:
-        """The counters begin at zero."""
+        """Set the counters to zero."""
         self.steps = [0, 0]
 
     def switch(self, motors: tuple[int, int]) -> None:

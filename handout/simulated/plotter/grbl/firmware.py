@@ -63,7 +63,7 @@ class GrblFirmware(Firmware):
         self._begin()
 
     def _begin(self) -> None:
-        """As after every start: nothing is held, and all is as fast and as strong as it is told."""
+        """Set what every start sets: nothing is held, feed and spindle run at their full shares."""
         self.paused = self.door = False  # by M0, by the safety door
         self.shares = {"feed": 100, "rapid": 100, "spindle": 100}
 
@@ -91,7 +91,7 @@ class GrblFirmware(Firmware):
         self.stepper.finish_slice()
 
     def idle(self) -> None:
-        """Nothing is left to read: begin to move."""
+        """Begin to move, since nothing is left to read."""
         self.stepper.start(self.now)
 
     def ready(self, wait: str) -> bool:
@@ -170,7 +170,7 @@ class GrblFirmware(Firmware):
         self.queue.clear(steps)
 
     def _stand(self, steps: Steps) -> None:
-        """Believe to stand there."""
+        """Take a place for the one where it stands."""
         self.stepper.position = steps
         self.queue.clear(steps)
         self.paper.believe(steps)
@@ -205,11 +205,11 @@ class GrblFirmware(Firmware):
         return False
 
     def hold(self) -> None:
-        """As its feed-hold button does."""
+        """Do what its feed-hold button does."""
         self.urgent(b"!")
 
     def _spin(self) -> None:
-        """The spindle turns as it is told, by the share that is set."""
+        """Turn the spindle as it is told, by the share that is set."""
         power = self.modes.power if self.modes.spindle else 0.0
         if self._output or power:
             self._switch(power * self.shares["spindle"] / 100)
@@ -372,7 +372,7 @@ class GrblFirmware(Firmware):
             self.say(f"${number}={value}")
 
     def _format_place(self, place: Sequence[float]) -> str:
-        """A place as it is told: in mm with three digits, or in inches with four."""
+        """Format a place as a report has it: in mm with three digits, or in inches with four."""
         if self.settings.value(13):
             return ",".join(f"{value / 25.4:.4f}" for value in place)
         return ",".join(f"{value:.3f}" for value in place)

@@ -83,7 +83,7 @@ class Carriage:
         """Begin with the next vector if none is under way."""
         if self.ahead or not self.waiting:
             return
-        # the entry speeds of all that wait but the first, from the last backwards: it stands at the end of that
+        # sets the entry speeds of all that wait but the first, from the last backwards, which ends at rest
         leave = 0.0
         for before, vector in reversed(list(zip(self.waiting, list(self.waiting)[1:], strict=False))):
             able = math.sqrt(leave**2 + 2 * vector.push * vector.length)
@@ -93,7 +93,7 @@ class Carriage:
         self._lay_out(vector, leave, now)
 
     def arrive(self) -> None:
-        """It gets to the next place."""
+        """Put the carriage at the next place."""
         now, self.at = self.ahead.popleft()
         if not self.ahead:
             self.start(now)
@@ -115,7 +115,7 @@ class Carriage:
         return math.sqrt(push * self.cut * half / (1 - half))
 
     def _lay_out(self, vector: Vector, leave: float, now: float) -> None:
-        """Lay out when it will be where."""
+        """Work out when the carriage will be where along a vector."""
         u, push, length = vector.entry, vector.push, vector.length
         leave = min(leave, math.sqrt(u * u + 2 * push * length))
         if self.waiting:
@@ -197,7 +197,7 @@ class CarriageLimits:
         return self._turn(self._undo_turn(place, self._rotation), self._described)
 
     def turn_back(self, bare: Point) -> Point:
-        """The way back."""
+        """Undo `bare`: from the machine's coordinates to those of instructions."""
         return self._turn(self._undo_turn(bare, self._described), self._rotation)
 
     def _turn(self, place: Point, degrees: int) -> Point:

@@ -102,7 +102,7 @@ class HpglFirmware(Firmware):
         return min(self.carriage.next_event, self.viewing if self.viewing > self.now else math.inf)
 
     def step(self) -> None:
-        """It gets there."""
+        """The carriage gets to the next place, or VIEW is released."""
         if self.carriage.next_event <= self.now:
             self.carriage.arrive()
             self._mark()
@@ -119,7 +119,7 @@ class HpglFirmware(Firmware):
         return not self.carriage.full if wait == "room" else self.resting
 
     def refuse(self) -> None:
-        """An instruction arrives as nothing it knows."""
+        """Answer an instruction that it does not know."""
         self.error = 1
 
     def alarm(self) -> None:

@@ -23,7 +23,7 @@ class Wrong(Exception):
 
 
 def split_instructions(data: bytes) -> list[tuple[str, str]]:
-    """Names and parameters of the instructions in some bytes; "" is the name of what is none."""
+    """Split bytes into instructions, each with name and parameters; what is no instruction has the name ""."""
     text = data.decode("latin-1").replace("\r", "").replace("\n", "")
     instructions, at = [], 0
     while at < len(text):

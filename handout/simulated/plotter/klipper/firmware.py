@@ -111,7 +111,7 @@ class KlipperFirmware(Firmware):
         return min(self.toolhead.next_event, self._wakes, starts, self._goes, self._gone + _NOTICES)
 
     def step(self) -> None:
-        """One of these is due."""
+        """Do what is due of these."""
         if self._goes <= self.now:
             self.stop()
             self._start()
@@ -169,11 +169,11 @@ class KlipperFirmware(Firmware):
         self._refuses = True
 
     def alarm(self) -> None:
-        """Its board has lost step with it: all stands."""
+        """Its board lost step with it, so everything stands."""
         self._shut_down(_LOST)
 
     def lose_board(self) -> None:
-        """It goes on counting moves that nobody makes."""
+        """Lose its board: it goes on counting moves that nobody makes."""
         self._gone = self.now
 
     def _board(self, does: Callable[..., None], *what: object) -> None:
@@ -191,7 +191,7 @@ class KlipperFirmware(Firmware):
         self._notify("notify_klippy_shutdown")
 
     def _fail(self, message: str, code: int) -> None:
-        """All scripts end with an error."""
+        """End all scripts with an error."""
         self._work, self._wakes = None, inf
         while self._scripts:
             self._error(self._scripts.popleft()[0], message, code)

@@ -101,7 +101,7 @@ class Toolhead:
         self.forget()
 
     def forget(self) -> None:
-        """Nothing waits or moves any more."""
+        """Forget all moves that wait or are under way."""
         self._waiting: list[Move] = []
         self._settled: deque[_Settled] = deque()
         self._events: deque[tuple[float, Event]] = deque()
@@ -206,11 +206,11 @@ class Toolhead:
         return self.print_time
 
     def dwell(self, seconds: float) -> None:
-        """Stand after what has been taken."""
+        """Stand for a time after the moves that were taken."""
         self.print_time = self.last_move_time() + seconds
 
     def call_after(self, event: Event) -> None:
-        """Have something happen when the last move is done, which need not stop there."""
+        """Call `event` when the last move is done; the carriage need not stop there."""
         if self._waiting:
             self._waiting[-1].events.append(event)
         else:
@@ -246,6 +246,6 @@ class Toolhead:
         self._moved(self.now, (x, y, z))
 
     def set_position(self, to: Vector) -> None:
-        """It stands, and is told where."""
+        """Set the place where it stands."""
         self.last_move_time()
         self.at = self._live = to

@@ -93,7 +93,7 @@ class MarlinFirmware(Firmware):
         return min(self.stepper.next_end, self._wakes, self._speaks, self._delivers)
 
     def step(self) -> None:
-        """One of these is due."""
+        """Do what is due of these."""
         if self.stepper.next_end <= self.now:
             self.stepper.finish_slice()
         if self._delivers <= self.now:
