@@ -118,7 +118,7 @@ class Ruling:
 
     @property
     def pitch(self) -> float:
-        """The usual distance of two rules, mm; 1000, more than any sheet is high, if there is only one."""
+        """The usual distance of two rules, mm; 1000 if there is only one."""
         heights = [height for height, _ in self.rules]
         return float(np.median(np.diff(heights))) if len(heights) > 1 else 1000.0
 
