@@ -22,7 +22,6 @@ paper_option = click.option("--paper", default="plain", show_default=True, help=
 _stored_printer = options.shared("--printer", required=True, help="The printer that was calibrated.")
 _stored_paper = click.option("--paper", default="", help="The paper; without it the printer's newest calibration.")
 
-
 _chart = options.bind("sheets", ChartOptions)
 
 

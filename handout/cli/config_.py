@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import json
 from collections.abc import Iterator, Sequence
+from enum import Enum
 from pathlib import Path
 from typing import NamedTuple
 
@@ -148,9 +149,10 @@ def _row(setting: ConfiguredValue) -> _ConfiguredRow:
 
 
 def _built_in(option: click.Option) -> object:
-    """The default that an option has of its own."""
+    """The default that an option has of its own; None where it has none."""
     value = option.get_default(click.Context(click.Command("none")), call=True)
-    return list(value) if isinstance(value, tuple) else value
+    # click from 8.3 on says by a member of an enumeration that there is none
+    return list(value) if isinstance(value, tuple) else None if isinstance(value, Enum) else value
 
 
 def _plain(key: str) -> str:

@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from handout.pipeline.hands import ReadHand
     from handout.pipeline.results import Told
 
-
 _NAMED = 8  # letters that changed and are named; the others are in the JSON
 _LEAST_SURE = 0.7  # share of letters that are not doubtful, below which a look is advised; set by eye
 

@@ -120,7 +120,7 @@ def outlook(hand: ScannedHand, text: str) -> tuple[Outlook, ...]:
 def _add_supplies(
     hand: ScannedHand, needed: tuple[tuple[str, ...], tuple[str, ...]], fallback: bool, seed: int
 ) -> tuple[ScannedHand, tuple[tuple[str, Supply], ...]]:
-    """The hand with a page of what can be supplied, and each letter with its supply: those lacked, those doubted."""
+    """The hand with a page of supplied letters; each letter with its supply, lacking letters before doubted ones."""
     from handout.completion.specimens import add_page
 
     maker = _maker(hand, seed)

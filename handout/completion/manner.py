@@ -277,7 +277,7 @@ _NEAR, _FURTHER, _PARALLEL = 0.22, 5, 0.9  # x-heights, places along the way, an
 
 
 def _share_beside(xy: Array, form: FormWay) -> float:
-    """The share of the places (n, 2) of a bent form that run beside others of it."""
+    """The share of the places (n, 2) of a bent form that run beside other places of the form."""
     along, number = form.tangents(xy), np.arange(len(xy))
     near = (_squares(xy, xy) < _NEAR**2) & (np.abs(along @ along.T) > _PARALLEL)
     return float((near & (np.abs(number[:, None] - number) > _FURTHER)).any(axis=1).mean())

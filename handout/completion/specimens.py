@@ -100,7 +100,7 @@ def add_page(hand: ScannedHand, specimens: Sequence[Specimen]) -> ScannedHand:
 
 
 def _origins(specimens: Sequence[Specimen], like: ScannedPage) -> tuple[Array, Page]:
-    """(n, 2) mm: where x = 0 of each specimen and its baseline are, and a sheet that holds them."""
+    """(n, 2) mm: the origin of each specimen on its baseline; and a sheet that holds all."""
     origins, x, y, widest = [], 0.0, 0.6 * _TALL * like.pitch, 20.0
     for specimen in specimens:
         xs = np.concatenate([part.graph.xy[:, 0] for part in specimen.parts]) * like.pitch

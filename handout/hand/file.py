@@ -117,7 +117,7 @@ def record(source: Path, path: Path, before: ScannedHand, after: ScannedHand, en
 def record_all(
     source: Path, path: Path, before: ScannedHand, steps: Sequence[tuple[ScannedHand, JournalEntry]]
 ) -> CorrectionJournal:
-    """The same with several entries, each with what it made of the hand before; `steps` are one or more."""
+    """The same for one or more entries; each comes with the hand that it made of the one before."""
     with Archive(source) as archive:
         whole, earlier = _journal(archive, source)
         kept = CorrectionJournal(whole.entries[: whole.made], whole.made)
@@ -453,7 +453,7 @@ def _moments(archive: Archive, folder: str, count: int) -> Moments | None:
 
 @dataclass(frozen=True, eq=False)
 class _Pictures:
-    """The pictures of a file, each read when it is looked at.  data : the file's bytes where it is not yet there."""
+    """The pictures of a file, each read when it is first used.  data : the file's bytes if it is not yet written."""
 
     path: Path
     data: bytes | None

@@ -335,7 +335,7 @@ class HandEditor:
         return int(self._owner[owned[int(away.argmin())]])
 
     def _loose(self, vertex: int) -> Indices:
-        """The vertices without a letter that hang together with one of them."""
+        """The unassigned vertices that are connected to a given one."""
         loose = self._owner == NOBODY
         edges = self._scan.graph.edges
         piece = _pieces(edges[loose[edges].all(axis=1)], len(loose))

@@ -90,7 +90,7 @@ def _read_hand(path: Path) -> Hand:
 
 @lru_cache(maxsize=2)
 def _load_scanned(path: Path, state: tuple[int, ...]) -> ScannedHand:
-    """A scanned hand, loaded once as long as its file is what it was: `state` tells files from each other."""
+    """A scanned hand, loaded again only if its file has changed, which `state` tells."""
     from handout.hand import file
 
     return file.load(path)

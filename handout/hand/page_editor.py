@@ -207,7 +207,7 @@ def usual_half(page: ScannedPage) -> float:
 
 
 def line_alone(graph: LineGraph, some: NDArray[np.bool_], shape: tuple[int, int], pixel: float) -> NDArray[np.bool_]:
-    """(h, w) where the line of some vertices (n,) lies, a little wider than it was found, and no other's.
+    """(h, w): mask of the slightly thickened line of some vertices (n,), without the lines of others.
 
     shape : (height, width) of the picture, pixels; pixel : mm, its side.
     """
@@ -247,7 +247,7 @@ def join_vertices(page: ScannedPage, one: int, other: int) -> ScannedPage:
 
 
 def vertices_along(graph: LineGraph, vertices: Indices, places: Array) -> Indices:
-    """(k,) of some vertices (n,) of a graph, rising, those that a pen passed which was led along places (m, 2), pixels.
+    """(k,), rising: those of some vertices (n,) that a pen led along places (m, 2), pixels, has passed.
 
     Each place means a vertex near it; of all rows of such vertices that is taken whose vertices are nearest to the
     places, and as far apart along the line as those are.  Where a line meets or crosses itself, that keeps to the part

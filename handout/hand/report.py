@@ -21,7 +21,7 @@ LEAST = 8  # instances of a letter that let the choice vary (seed 000, §6.2.1)
 
 
 def facts(hand: ScannedHand) -> dict[str, Any]:
-    """Plain lists and numbers: pages, letters by place, which of them are few, which worth a look.
+    """Plain lists and numbers: pages, letters by place, rare letters, and letters worth a look.
 
     Places are pixels of the scan, pages are numbered from 0 as in corrections.
     """

@@ -99,7 +99,7 @@ class _ChangedWindow:
 def with_ink(
     page: ScannedPage, places: Sequence[tuple[float, float]], width: float
 ) -> tuple[ScannedPage, Indices] | None:
-    """The page with the ink that a brush was led along; None where its scan shows none there that was not found."""
+    """The page with the ink along a brush; None if the scan shows no new ink there."""
     from handout.scanning import scribbles
 
     hard = brush(page, places, max(1.0, width * _SETTINGS.middle))
@@ -112,7 +112,7 @@ def with_ink(
 
 
 def without_ink(page: ScannedPage, cover: Cover, held: Indices) -> tuple[ScannedPage, Indices] | None:
-    """The page without the thing that was painted over; None where that is no ink.
+    """The page without the ink that was painted over; None if there is none.
 
     held : (n,) vertices whose ink stays, unless it was painted over itself: those of letters that were confirmed.
     """

@@ -17,7 +17,7 @@ Underline = Literal["", "straight", "double", "wavy"]
 
 
 class SheetHead(Table, frozen=True):
-    """What is other on the first page, or on those that follow: see `LetterHead`; a background of "none" is none."""
+    """What differs on the first page, or on those that follow: see `LetterHead`; "none" takes the background away."""
 
     margin: str | None = None
     background: str | None = None

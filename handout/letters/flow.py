@@ -502,7 +502,7 @@ class _Flow:
         columns: tuple[Sequence[float], Sequence[float]],
         indent: tuple[float, float],
     ) -> _At:
-        """Place the lines of some cells that stand so deep in them."""
+        """Place line number `depth` of every cell that has so many."""
         some = [k for k, lines in enumerate(cells) if depth < len(lines)]
         words = [word for k in some for word in cells[k][depth][0]]
         at = self._find_place(words, *indent)

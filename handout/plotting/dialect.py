@@ -84,13 +84,13 @@ class Controller(Protocol):
         """Write a command as soon as the machine has room for it, hearing what it says meanwhile."""
 
     def wait(self) -> None:
-        """Hear what it says next, asking if it says nothing; returns when something was heard."""
+        """Hear its next answer, and ask if it is silent; returns when something was heard."""
 
     def finish(self) -> None:
         """Wait until everything that was sent has been executed."""
 
     def position(self) -> tuple[float, float] | None:
-        """Where it stands (machine coordinates, mm); None if it cannot tell, or no longer knows (it has restarted)."""
+        """Its place (machine coordinates, mm); None if it cannot tell it, or has lost it by a restart."""
 
     def zero(self) -> None:
         """Take the place where the pen stands for its zero: a person has put it there."""

@@ -151,7 +151,7 @@ _FRAME = 12.0
 
 
 def narrow_profiles(firmware: KnownFirmware, words: str, clues: Clues) -> Fitting:
-    """The profile that a machine has, or the two that it could have.
+    """The profile of a machine, or the two that it may have.
 
     words : its firmware, in its own words.
     """

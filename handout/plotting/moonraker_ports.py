@@ -55,7 +55,7 @@ def open_moonraker(url: str) -> Port:
 
 
 def _headers() -> dict[str, str]:
-    """The key as a header; one that cannot be is refused here, since libraries would say it in their errors."""
+    """The key as a header; refuses a key that no header can hold, since libraries would show it in their errors."""
     key = os.environ.get("MOONRAKER_API_KEY", "").strip()
     if not (key.isascii() and key.isprintable()):
         raise InputError("The environment variable MOONRAKER_API_KEY has other characters than a key: copy it again.")

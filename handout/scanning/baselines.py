@@ -81,7 +81,7 @@ def _on_baseline(trace: tuple[float, float], feet: Array, x: Array, centre: floa
 
 
 def _drop_strays(x: Array, gap: float) -> Array:
-    """Sorted, without the few that stand apart: strays from a neighbouring line that a short one would claim."""
+    """Sorted places without the few that stand apart: a short line would claim these strays of its neighbour."""
     x = np.sort(x)
     groups = np.split(x, np.flatnonzero(np.diff(x) > gap) + 1)
     most = max(len(group) for group in groups)

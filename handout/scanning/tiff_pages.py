@@ -61,7 +61,7 @@ def page_of_tiff(path: Path, page: int | None) -> tuple[NDArray[np.uint8], tuple
 
 
 def _turn_upright(rgb: NDArray[np.uint8], orientation: int) -> NDArray[np.uint8]:
-    """The picture (h, w, 3) as the TIFF's tag of that name, 1–8, says that it is to be shown."""
+    """The picture (h, w, 3) turned as the orientation of the TIFF, 1–8, asks for."""
     if orientation in (5, 6, 7, 8):
         rgb = rgb.transpose(1, 0, 2)
     if orientation in (3, 4, 7, 8):

@@ -202,7 +202,7 @@ class InkExchange:
         return every
 
     def _round(self, letters: set[int]) -> set[int]:
-        """Make the best exchanges that some letters take part in, one for each letter; which letters did."""
+        """Make the best exchanges of some letters, one for each letter; returns the letters that took part."""
         # the number of the piece of line, of one letter and between forks, that each vertex lies on
         a, b = self._sheet.graph.edges.T
         same = (self.letter[a] == self.letter[b]) & self._simple[a] & self._simple[b]

@@ -120,7 +120,7 @@ class PageAligner:
 
     @staticmethod
     def can(page: ScannedPage) -> bool:
-        """Whether a page has lines that can be aligned; one that was recorded has its letters from its pen."""
+        """Whether a page has lines that can be aligned; a recorded page has its letters from the pen."""
         return page.moments is None and len(page.baselines) > 0
 
     def warm(self, hand: ScannedHand, number: int) -> bool:
@@ -250,7 +250,7 @@ class PageAligner:
         loose: Sequence[ScannedGlyph],
         touched: Sequence[_Touched],
     ) -> dict[int, ScannedGlyph | None]:
-        """The letters of a line that are others once the words around what was touched are aligned anew."""
+        """The letters of a line that change when the words around the touched ones are aligned anew."""
         strip = self._strips[line]
         held = held_letters(self._page, strip, text, list(drafts.values()), line)
         window = _window(strip, text, held, touched)
@@ -368,7 +368,7 @@ def _by_place(glyphs: Sequence[ScannedGlyph]) -> Drafts:
 
 
 def _renumber_vertices(was: ScannedPage, letters: Drafts, page: ScannedPage) -> dict[int, Indices]:
-    """The vertices of letters of a page, rising, by their numbers on that page as it is now; without those gone."""
+    """The vertices of letters, rising, by their numbers on the page as it is now; without vertices that are gone."""
     if np.array_equal(was.graph.uv, page.graph.uv):
         return {at: glyph.vertices for at, glyph in letters.items()}
     found, number = _match_vertices(was.graph.uv, page.graph.uv), np.full(len(was.graph), NOBODY)
@@ -456,7 +456,7 @@ def _part(reading: ColumnReading, begin: int, end: int) -> ColumnReading:
 
 
 def _match_vertices(uv: Array, again: Array) -> Indices:
-    """(n,) which of the vertices at places uv (m, 2) is each of those at `again` (n, 2); NOBODY: none, it is new."""
+    """(n,) the vertex at places uv (m, 2) that each one at `again` (n, 2) is; NOBODY if it is new."""
     from scipy.spatial import cKDTree
 
     found = np.full(len(again), NOBODY)
@@ -511,7 +511,7 @@ def _renumber_neighbours(glyph: ScannedGlyph, number: Mapping[int, int]) -> Scan
 
 
 def _join(glyphs: list[ScannedGlyph], i: int, second: int | None, joining: LigatureFinder) -> None:
-    """Let the letter after another in the text come after it, where both are of one word and line."""
+    """Link a letter to the next one of the text, if both are of one word and line."""
     one = glyphs[i]
     other = None if second is None else glyphs[second]
     if second is None or other is None or (one.word, one.line) != (other.word, other.line):

@@ -163,7 +163,7 @@ def _fit(written: WrittenPage, transcript: str, rng: np.random.Generator) -> flo
 
 
 def tag_labelled_page(written: WrittenPage, transcript: str, graphemes_at: Indices) -> TaggedPage:
-    """A page of which it is known what every vertex of its graph writes.
+    """Tag a page for which the letter of every vertex is known.
 
     Parameters
     ----------
@@ -238,7 +238,7 @@ def pen_of_pages(name: str, pages: Sequence[WrittenPage], title: str = "") -> Sc
 
 
 def renumber_glyph(glyph: ScannedGlyph, page: int, first: int) -> ScannedGlyph:
-    """A glyph of one page as one of a hand: its number, and those of its neighbours, begin at `first`."""
+    """A glyph of one page as a glyph of a hand: numbers of neighbours count from `first`."""
     before, after = (number + first if number >= 0 else number for number in (glyph.before, glyph.after))
     return replace(glyph, page=page, before=before, after=after)
 

@@ -44,7 +44,7 @@ _SEED = 0
 
 
 def recorded_pages(recordings: Sequence[RecordedPage], say: Say) -> list[RecordedPage]:
-    """The pages of some recordings: each one that has a text; labelled pieces of the others, laid out line by line.
+    """The pages of some recordings: each with a text as it is, labelled pieces of the others laid out in lines.
 
     Parameters
     ----------

@@ -199,7 +199,7 @@ def realign_page(hand: ScannedHand, number: int, *, rng: np.random.Generator, te
 
 
 def page_ink(page: ScannedPage) -> NDArray[np.bool_]:
-    """(h, w) where a page has ink that may be a letter's, as far as a hand keeps it: its opacity tells."""
+    """(h, w) where a page has ink that may be a letter's, told by the opacity that a hand keeps."""
     x, y = page.texture.corner
     height, width = page.texture.shape
     alpha = page.texture.alpha

@@ -88,7 +88,7 @@ def chance(
 def broken_freely(
     readings: Sequence[ColumnReading], lines: Sequence[TranscriptLine], widths: Mapping[str, float]
 ) -> list[TranscriptLine]:
-    """The text that stands on each line of the page, whatever the line breaks of the transcript; it may be none."""
+    """The text of each line of the page, perhaps empty, whatever the line breaks of the transcript."""
     text = in_one_line(lines)
     row = in_a_row(readings)
     decoded = decode(row, text.letters, widths)

@@ -83,7 +83,7 @@ def each_page(
     slips: float = 0.0,
     proofread: Proofreader | None = None,
 ) -> Iterator[Sheet]:
-    """The same, one page when it is asked for, with the generator that `motion.trace` is to go on with.
+    """The same, page by page on demand, each with the generator with which `motion.trace` goes on.
 
     No more is written for a page than it takes, a word at a time in a drawn hand, a paragraph in a scanned one, unless
     `pages` or `layout.fit` ask how much there is.  All characters are checked before the first page.

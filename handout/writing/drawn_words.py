@@ -232,7 +232,7 @@ class WordWriter:
         self._slur = Drift(self._vary.slur, varying.LETTER_MEMORY, rng)
 
     def word(self, forms: Sequence[Glyph], letters: Sequence[Letter], rng: np.random.Generator) -> Word[PlannedGlyph]:
-        """The forms that were chosen for the letters of a word, set side by side; all that varies in it is by `rng`."""
+        """Set the chosen forms of a word side by side; `rng` makes all variation."""
         glyphs = [
             accent_glyph(glyph, letter.marks, self._hand, rng) if letter.marks else glyph
             for glyph, letter in zip(forms, letters, strict=True)
@@ -328,7 +328,7 @@ def _extent(strokes: Sequence[Array]) -> tuple[float, float]:
 
 
 class DrawnHandwriting:
-    """Writes one text in a drawn hand, a word when it is asked for, once, whatever the lines will be.
+    """Writes one text in a drawn hand, word by word on demand, independently of the lines.
 
     Parameters
     ----------

@@ -454,7 +454,7 @@ def _extract_connectors(
 
 
 def _loose(strokes: Connectors, share: float, clear: float, *, entering: bool) -> Indices:
-    """(ways,): how many vertices of each remain where nothing joins it; `share` of the other letter's, see `tails`."""
+    """(ways,): how many vertices of each way remain if nothing joins it; `share` of the other letter, see `tails`."""
     lines = strokes.lines
     end = lines.xy[lines.first[:-1] if entering else lines.first[1:] - 1]
     far = np.linalg.norm(lines.xy - np.repeat(end, lines.count, axis=0), axis=1) > clear

@@ -118,7 +118,7 @@ class Ruling:
 
     @property
     def pitch(self) -> float:
-        """The usual distance of two rules, mm; of a single one the height of a sheet that has no other."""
+        """The usual distance of two rules, mm; 1000 if there is only one."""
         heights = [height for height, _ in self.rules]
         return float(np.median(np.diff(heights))) if len(heights) > 1 else 1000.0
 
@@ -229,7 +229,7 @@ class Layout:
 
     @property
     def rules(self) -> tuple[tuple[float, float], ...]:
-        """The rules of a page on which there is room for a line between the margins; none where it is blank."""
+        """The rules of a page that have room for a line between the margins; none on a blank page."""
         if self.ruling is None:
             return ()
         top, right, bottom, left = self.margin

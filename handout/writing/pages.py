@@ -188,7 +188,7 @@ def _gaps(units: Sequence[Unit[G]]) -> list[float]:
 
 
 def squeeze_gaps(units: Sequence[Unit[G]], room: float, squeeze: float) -> list[float] | None:
-    """The gaps with which the units fit into `room`, narrowed where they must be; None where they cannot."""
+    """The gaps with which the units fit into `room`, narrowed if need be; None if they cannot fit."""
     gaps = _gaps(units)
     over = extent(units, gaps) - room
     if over <= 0:
@@ -439,7 +439,7 @@ def _strike_words(
     to_page: ToPage,
     strike_through: StrikeThrough,
 ) -> Iterator[Placed]:
-    """The glyphs of a row, each word that is wrong with the strokes through it, which stay inside the margins."""
+    """The glyphs of a row, wrong words with strokes through them that stay inside the margins."""
     scale = layout.x_height
     margins = np.array([layout.margin[3], layout.page.width - layout.margin[1]])
     for number, letters in groupby(placed, key=lambda p: p.word):

@@ -131,7 +131,7 @@ def _too_soon(word: _Word, rng: np.random.Generator) -> list[Letter]:
 
 
 def _instead(word: _Word, other: _Word, most: int) -> list[Letter]:
-    """Another word, whole; not one with which the word begins, since it would just be finished."""
+    """Another whole word, unless the word begins with it, as the writer would just finish it."""
     return list(other) if len(other) <= most and not _spelt(word).startswith(_spelt(other)) else []
 
 

@@ -350,7 +350,7 @@ def _letters(grapheme: str, hand: Repertoire, at: int) -> list[Letter]:
 
 
 def borrow(grapheme: str, hand: Repertoire, at: int) -> list[Letter]:
-    """What a hand writes for a grapheme that it lacks where similar forms are accepted; [] if there is nothing."""
+    """Similar forms that a hand writes for a grapheme that it lacks; [] if it has none."""
     base, marks = decompose_grapheme(grapheme)
     marks_left = tuple(mark for mark in marks if mark in hand.marks)
     if not base.isalpha() and any(unicodedata.combining(mark) == _OVERLAY for mark in marks if mark not in marks_left):

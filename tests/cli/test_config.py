@@ -40,6 +40,15 @@ def test_set_and_taken_and_said(call, user):
     assert json.loads(call("--config", "none", "write", "hi", "-o", "a.svg", "--json")[0])["hand"] == "house-joined"
 
 
+def test_an_option_without_a_default_has_none(call):
+    every = shown(call, "--all")
+    assert every["page"] == every["write.output"] == (None, "built-in") and every["hand"] == (
+        "house-joined",
+        "built-in",
+    )
+    assert call("config", "get", "page") == ("\n", "From: built-in.\n")
+
+
 def test_the_nearer_place_wins_and_is_named(call, user, monkeypatch):
     user.write_text('hand = "house-quick"\ndpi = 100\npage = "A6"\n[plot]\npage = "A4"\n')
     Path("handout.toml").write_text('hand = "house-print"\npage = "A5"\n')

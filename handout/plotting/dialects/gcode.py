@@ -35,7 +35,7 @@ def header(plan: Plan, profile: Plotter) -> list[bytes]:
 
 
 def comment(text: str) -> str:
-    """Text that can stand in a comment: ASCII, one line, and none of the bytes that act wherever they stand.
+    """Text made fit for a comment: ASCII, one line, without the bytes that act even in comments.
 
     ``?``, ``!`` and ``~`` are real-time commands of GRBL even within a comment: "Dear all!" would hold the machine.
     """

@@ -97,7 +97,7 @@ def deviation_of(a: Stroke, b: Stroke) -> float:
 
 
 def _measure_distance(path: Array, other: Array) -> float:
-    """Greatest distance of a point on one path from where the other is at about the same share of its length."""
+    """Greatest distance of a point on one path from the other path at about the same share of its length."""
     points, at = _dense(path, 0.1)
     along = along_path(other)
     if along[-1] == 0.0:

@@ -127,7 +127,7 @@ def find_place(
     zero: Array | None = None,
     detours: Sequence[Array] = (),
 ) -> DrawnPlace | None:
-    """The place on the drawing at which a machine stopped that stands at `at`; None if it is on no line.
+    """The place of the drawing at which a machine stopped if it stands at `at`; None if that is on no line.
 
     Parameters
     ----------

@@ -289,7 +289,7 @@ class _JobRun:
             controller.zero()
 
     def _look(self, controller: Controller) -> bool:
-        """Whether the machine still knows its place; if so, take what it has drawn from there.
+        """Whether the machine still knows its place; if so, the place tells how much is drawn.
 
         Its word alone does not tell that: another program may have counted from another zero since.  So the place must
         lie on the way of the plot: behind what is drawn, or from there to zero.  Where a command came over wrong it has

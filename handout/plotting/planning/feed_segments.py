@@ -79,7 +79,7 @@ def cut_for_corners(path: Trajectory, profile: Plotter) -> Trajectory:
 
 
 def fit_feeds(toolpath: Toolpath, profile: Plotter) -> tuple[Array, Motion]:
-    """The feed of every move, mm/min, as it is written, fitted to the planner; and what the planner makes of them."""
+    """The feed of every move, mm/min, as written, fitted to the planner; and the motion that this makes."""
     limits, queue = profile.limits, profile.port.queue
     blocks = lookahead.blocks(toolpath.points, toolpath.stands, machine_of(profile))
     pen_up = pen_up_speeds(toolpath, profile)

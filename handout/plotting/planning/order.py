@@ -22,7 +22,7 @@ _KICKS, _SPENT = 5, 800_000  # disturbances a stroke, and strokes turned round b
 
 
 def shorten_travel(drawing: Drawing, home: Array | None = None) -> tuple[Stroke, ...]:
-    """The strokes in an order in which the pen travels less, on one clock; as they are if that gains nothing.
+    """The strokes on one clock, ordered so that the pen travels less; unchanged if that gains nothing.
 
     Parameters
     ----------
@@ -35,7 +35,7 @@ def shorten_travel(drawing: Drawing, home: Array | None = None) -> tuple[Stroke,
 
 
 def _keep_pace(ordered: tuple[Stroke, ...], written: tuple[Stroke, ...]) -> tuple[Stroke, ...]:
-    """Strokes in another order, each as long after the one before it as it was in the order of writing."""
+    """Reordered strokes, each with the pause before it that it had in the order of writing."""
     if ordered == written or not written:
         return ordered
     ends = [0.0, *(float(stroke.t[-1]) for stroke in written[:-1])]
@@ -139,7 +139,7 @@ def _way(strokes: Sequence[Stroke], home: Array | None) -> float:
 
 
 def by_travel(strokes: tuple[Stroke, ...]) -> tuple[Stroke, ...]:
-    """The strokes with whole words moved about so that the pen travels less; as they are if that gains nothing.
+    """The strokes, whole words reordered so that the pen travels less; unchanged if that gains nothing.
 
     Strokes of one word stay in their order.  A stroke of no known word is a word of its own.
     """

@@ -36,7 +36,7 @@ class AskedPace:
 
 
 def pace(request: PlanRequest) -> AskedPace:
-    """The times that a request asks for: of the drawing, scaled; or the least, where it is to be fast."""
+    """The times that a request asks for: those of the drawing, scaled, or the least for a fast plot."""
     path = request.path
     if request.speed == "fast":
         path, drawn = _fastest(path, request.profile)

@@ -94,7 +94,7 @@ def stroke_ends(stroke: Index) -> tuple[Index, Index]:
 
 
 def _keep_apart(fixed: Array, wanted: Array, gap: float) -> Array:
-    """The fixed times and, in their order, those of the wanted that keep the gap from all that were taken before."""
+    """The fixed times, and in their order the wanted times that keep the gap from all times taken before."""
     chosen = fixed.tolist()
     for time in wanted.tolist():
         place = bisect.bisect(chosen, time)

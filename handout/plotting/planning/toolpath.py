@@ -263,7 +263,7 @@ def lay_out(
 
 
 def pen_up_speeds(toolpath: Toolpath, profile: Plotter) -> Array:
-    """(n,) float, mm/s: of the moves that do not draw; of those that do, any."""
+    """(n,) float, mm/s, for the moves that do not draw; without meaning for the others."""
     pen = profile.pen
     speeds = {TRAVEL: float(profile.limits.travel_speed), LIFT: float(pen.z_speed), DRAW: float(pen.z_speed)}
     speeds |= {LOWER: pen_lift.lowering_speed(pen), WIPE: float(profile.limits.draw_speed)}

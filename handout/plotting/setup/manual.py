@@ -54,7 +54,7 @@ def jog(controller: Controller, dx: float, dy: float) -> None:
 
 
 def move_and_locate(controller: Controller, move: Callable[[Controller], None]) -> Place | None:
-    """Do something; where it stands then, mm, None if it does not know.  Whatever goes wrong, the pen is lifted."""
+    """Make a move; returns its place then, mm, None if unknown.  If anything goes wrong the pen is lifted."""
     with halting(controller, harmless=(InputError,)):
         move(controller)
     return controller.position()

@@ -60,7 +60,7 @@ def check(profile: Plotter) -> None:
 
 
 def replace_heights(profile: Plotter, up: float | None, down: float | None) -> Plotter:
-    """The profile with other heights of its pen; a pen that follows pressure does so by as much as before.
+    """The profile with other heights of its pen; the range by which a pen follows pressure stays.
 
     Raises
     ------

@@ -105,7 +105,7 @@ class EbbController(BaseController):
 
     @property
     def proven(self) -> int:
-        """Commands before its count of steps was last compared; all executed ones if it does not tell that."""
+        """Commands before the last comparison of its count of steps; all executed ones if it tells no count."""
         return self._proven if self.version >= POSITION else self.executed
 
     def wait(self) -> None:

@@ -32,7 +32,7 @@ _GARBLED = "Use a shorter cable, and no hub."
 
 
 class Asked(NamedTuple):
-    """Something sent and not yet answered.  number : which command of a program it is; −1: none of it."""
+    """A request that is not yet answered.  number : of the command in the program; −1: it is none."""
 
     data: bytes
     name: str
@@ -100,11 +100,11 @@ class EbbConversation(Conversation[Reply]):
 
     @property
     def allowance(self) -> float:
-        """How long it may take to do all that it has been sent, s."""
+        """The longest time that it may need for all commands that were sent, s."""
         return self.timeout + sum(asked.seconds for asked in self.open) + sum(self._recent)
 
     def ask(self, data: bytes) -> tuple[int, ...]:
-        """Send something and wait until it and all before it is answered; the numbers that came with its answer."""
+        """Send a request and wait until it and all before it are answered; returns the numbers of its answer."""
         self.send_request(data)
         self.drain()
         return self._numbers
@@ -212,7 +212,7 @@ class EbbConversation(Conversation[Reply]):
         return self.version >= ENABLED and self.ask(b"QE\r") != (16, 16)
 
     def lengthen_queue(self) -> int:
-        """Make the queue longer where that is possible; how many commands it holds."""
+        """Make the queue longer if that is possible; returns how many commands it holds."""
         if self.version < SIGNED or self.version == UNKNOWN:
             return 1
         self.ask(f"CU,4,{QUEUE}\r".encode("ascii"))

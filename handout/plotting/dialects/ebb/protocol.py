@@ -145,7 +145,7 @@ def set_pen(profile: PenProfile, value: float) -> list[bytes]:
 
 
 def prepare_pen(profile: PenProfile) -> list[bytes]:
-    """Set how high and how fast the pen goes, which a board forgets when it restarts, and lift it."""
+    """Set the height and speed of the pen, which a board forgets when it restarts, and lift it."""
     return [*reach(profile), pen(False, profile)]
 
 
@@ -209,13 +209,13 @@ def program(blocks: Sequence[Block], profile: Plotter) -> Iterator[Command]:
 
 
 class _Lift:
-    """The pen as it was told last: the opening has lifted it, and set how low it goes."""
+    """The last commands to the pen: the opening has lifted it, and set how low it goes."""
 
     def __init__(self, profile: PenProfile) -> None:
         self.profile, self.down, self.low = profile, False, profile.down
 
     def move(self, block: PenBlock) -> list[bytes]:
-        """Commands that lift or lower it, to a value of a hook's too; none if it is there."""
+        """Commands that lift or lower the pen, also to the value of a hook; none if it is there."""
         told, low = [], self.profile.down if block.value is None else block.value
         if block.down and low != self.low:
             self.low = low

@@ -61,7 +61,7 @@ class GrblController(BaseController):
 
     @property
     def proven(self) -> int:
-        """Commands found right by its reports of its place; all executed ones of a machine that does not report it."""
+        """Commands that its reports of its place prove right; all executed ones if it reports no place."""
         return self._proven if self._tells else self.executed
 
     def wait(self) -> None:

@@ -78,7 +78,7 @@ class HpglController(BaseController):
         self._meet()
 
     def _meet(self) -> None:
-        """Wake the plotter, empty its buffer, ask who it is and how far it reaches; it does not move.
+        """Wake the plotter, empty its buffer, ask for its name and its reach; it does not move.
 
         Raises DeviceSilent (nothing answers, or something that is no HP-GL plotter) or DeviceAlarm (it has no paper).
         """
@@ -126,7 +126,7 @@ class HpglController(BaseController):
                 self._count_all()
 
     def finish(self) -> None:
-        """Wait until its buffer is empty and it stands, then ask whether it heard and understood all it was sent."""
+        """Wait until its buffer is empty and it stands, then ask whether it understood every command."""
         while self._ends:
             self._look()
             if len(self._ends) <= 1:  # the question that follows waits for the last one by itself

@@ -147,7 +147,7 @@ class KlipperController(BaseController):
         self._pass_on()
 
     def _look(self, status: Status) -> None:
-        """Count what has certainly been executed, from where it is."""
+        """Count the commands that are certainly executed, by its place."""
         self._proof.note(self.executed, status.heard)
         self._idle = status.now >= status.print_time
         place, ways = status.live, self._ways

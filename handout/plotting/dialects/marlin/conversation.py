@@ -189,7 +189,7 @@ class MarlinConversation(Conversation[Reply]):
         return self._placed and bool(open_) and all(line.data == protocol.WHERE for line in open_)
 
     def _wait(self, seconds: float) -> None:
-        """Time passes in which it does not get on; DeviceSilent, or DeviceHeld, when that was too much."""
+        """Count time without progress; raises DeviceSilent or DeviceHeld when it is too long."""
         if self._waiting:
             self._paused += seconds
             if self._paused > self.patience:
