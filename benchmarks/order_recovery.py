@@ -66,7 +66,7 @@ from handout.values import Array, Glyph, Indices, Ink, Line, LineGraph, Manuscri
 from handout.writing.bending import unbent
 from handout.writing.joining import set_line
 from handout.writing.layout import Layout
-from handout.writing.scanned_words import layout_model
+from handout.writing.word_layout import layout_model
 from handout_lab.author import page_score
 from handout_lab.author.simulate import Desk, simulate
 

@@ -21,16 +21,17 @@ from handout.inking.layers import GlyphLayer
 from handout.inking.pen_replacement import ink_drawing
 from handout.inking.plain import flatten
 from handout.values import Array, Indices, LineGraph, Manuscript, Page
-from handout.writing import glyph_index, scanned_words
+from handout.writing import glyph_index, scanned_words, word_layout
 from handout.writing.bending import Bend, unbent
 from handout.writing.choosing import GlyphChooser
 from handout.writing.compose import compose
 from handout.writing.forms import Forms, GlyphLine
-from handout.writing.glyph_index import WEIGHTS, neighbours
+from handout.writing.glyph_index import WEIGHTS
 from handout.writing.layout import Layout
-from handout.writing.scanned_words import LayoutModel
+from handout.writing.neighbours import neighbours
 from handout.writing.spacing import HeightModel, SpacingModel
 from handout.writing.variation import Chances
+from handout.writing.word_layout import LayoutModel
 
 DPI = 300.0
 LUMA = np.array([0.299, 0.587, 0.114])
@@ -90,13 +91,13 @@ def manuscripts(
         parts.append((glyph_index, "WEIGHTS", replace(WEIGHTS, **dict.fromkeys(blind, 0.0))))
     if spacing == "constant":
         parts.append((SpacingModel, "between", constant_gaps))
-        parts.append((scanned_words, "resolve_collisions", constant_still))
+        parts.append((word_layout, "resolve_collisions", constant_still))
     if heights == "source":
         parts.append((HeightModel, "heights_of", source_heights))
     if not ligatures:
-        parts.append((scanned_words, "set_line", bodies_alone))
+        parts.append((word_layout, "set_line", bodies_alone))
     if not bending:
-        parts.append((scanned_words, "_bent", stiff))
+        parts.append((word_layout, "_bent", stiff))
     with ExitStack() as stack:
         for place, name, instead in parts:
             stack.enter_context(patch.object(place, name, instead))
@@ -180,7 +181,7 @@ def bodies_alone(
 
 
 def stiff(model: LayoutModel, number: int, drift: tuple[float, ...], seed: int, variation: float) -> Bend:
-    """A glyph as it was on the page.  See `scanned_words.LayoutModel.bends`."""
+    """A glyph as it was on the page.  See `word_layout.LayoutModel.bends`."""
     return unbent()
 
 

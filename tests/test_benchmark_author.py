@@ -9,7 +9,7 @@ from benchmarks.parts import manuscripts, write
 from handout.hand import file, library
 from handout.hand.scanned import NOBODY
 from handout.writing.glyph_index import index_glyphs, mismatch
-from handout.writing.scanned_words import layout_model
+from handout.writing.word_layout import layout_model
 
 TEXT = "the other stone in the rain and her hand on the letter then no one said the same to him there"
 WORDS = [len(word) for word in TEXT.split()]

@@ -197,7 +197,7 @@ def worked_out(hand: ScannedHand) -> Mapping[str, Array]:
     from handout.completion.manner import WritingManner
     from handout.pipeline.rereading import author_reader
     from handout.writing.glyph_index import index_glyphs
-    from handout.writing.scanned_words import layout_model
+    from handout.writing.word_layout import layout_model
 
     author_reader(hand)
     index_glyphs(hand)

@@ -31,9 +31,9 @@ from handout.reading import pictures, second_reader
 from handout.reading.adaptation import adapted
 from handout.reading.pictures import PictureReading, Reader, Verdict
 from handout.reading.second_reader import SecondReader
-from handout.reading.word_space import X_HEIGHT, drawn
 from handout.values import Array, Indices
 from handout.writing.compose import Proofreader
+from handout.writing.legibility import word_picture
 from handout.writing.pages import Sheet, Word
 from handout.writing.scanned_words import InkGlyph, SetParagraph, SetUnit
 
@@ -231,7 +231,6 @@ class Rereader:
         # so many of an average word's letters are wrong, and those more often of which the vetting thinks less
         usual_length = 4.5
         self._doubt = wrong / max(float(wrong.mean()), 1e-6) * self.settings.wrong / usual_length
-        self._slants = [page.slant for page in self.hand.pages]
 
     def __call__(self, paragraph: SetParagraph, again: Sequence[int] | None = None) -> None:
         """Read a paragraph; what is struck out is not read.
@@ -271,14 +270,7 @@ class Rereader:
 
     def _written(self, paragraph: SetParagraph, unit: SetUnit) -> ReadWord:
         numbers = np.array([glyph.number for glyph in unit.word.glyphs], dtype=np.intp)
-        places, radius, edges, count = [], [], [], 0
-        for number, graph in zip(numbers.tolist(), paragraph.ink(unit), strict=True):
-            x, up = graph.xy.T
-            places.append(np.column_stack([x - self._slants[self.hand.glyphs[number].page] * up, up]) * X_HEIGHT)
-            radius.append(graph.radius * X_HEIGHT)
-            edges.append(graph.edges + count)
-            count += len(graph)
-        picture = drawn(np.concatenate(places), np.concatenate(radius), np.concatenate(edges))
+        picture = word_picture(self.hand, numbers, paragraph.ink(unit), self.hand.pitch)
         return ReadWord("".join(unit.word.spelt), unit.word.at[0], numbers, picture)
 
     def _read(self, paragraph: SetParagraph, units: Sequence[SetUnit]) -> list[ReadWord]:

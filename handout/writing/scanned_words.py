@@ -14,86 +14,21 @@ from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from itertools import pairwise
 from typing import TypeAlias
-from weakref import WeakKeyDictionary, ref
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
 from handout.hand.scanned import ScannedHand
-from handout.values import Array, Glyph, Indices, Ink, LineGraph, Placed
-from handout.writing.bending import Bend, InstanceSpread, bend, measure_spread
+from handout.values import Glyph, Ink, LineGraph, Placed
+from handout.writing.bending import Bend
 from handout.writing.choosing import Choice, GlyphChooser, Prices, Rewrites, word_stream
-from handout.writing.forms import Forms, GlyphLine
-from handout.writing.glyph_index import GlyphIndex, Neighbours, index_glyphs, neighbours
-from handout.writing.joining import set_line
-from handout.writing.joints import Joint
+from handout.writing.glyph_index import GlyphIndex, index_glyphs
 from handout.writing.layout import author_baselines
 from handout.writing.pages import ToPage, Unit, Word, wide_gap
-from handout.writing.spacing import WORDS, HeightModel, SpacingModel, height_model, resolve_collisions, spacing_model
+from handout.writing.spacing import WORDS
 from handout.writing.text import spelt
-from handout.writing.variation import Chances, correlate_values
-
-# decimals of the heights of glyphs, line space: a thousandth of a millimetre is seen by nobody, and letters that come
-# 30 after a letter, which move it by less, leave it as it was
-_FINE = 4
-
-
-@dataclass(frozen=True, eq=False)
-class LayoutModel:
-    """Forms of a hand's glyphs, and how it places and varies them."""
-
-    forms: Forms
-    neighbours: Neighbours
-    spacing: SpacingModel
-    heights: HeightModel
-    spread: InstanceSpread
-
-    def reach(self, numbers: Indices, bends: Sequence[Bend]) -> Array:
-        """(n, 2) float, line space: how far the ink of bent glyphs goes left (negative) and right of their centres.
-
-        Strokes count that are its own part of a ligature: where it is joined, the next letter has more of it.
-        """
-        reaches = [_reach(self.forms[int(number)], bend) for number, bend in zip(numbers, bends, strict=True)]
-        return np.array(reaches).reshape(-1, 2)
-
-    def joints(self, numbers: Sequence[int], apart: Sequence[bool]) -> list[tuple[Joint, ...]]:
-        """The ligatures from each of some glyphs to the next; `apart` says before which there is a space."""
-        between = self.spacing.joints.joints_between
-        return [() if space else between(*pair) for pair, space in zip(pairwise(numbers), apart[1:], strict=True)]
-
-    def bends(self, numbers: Indices, chances: Chances, variation: float = 1.0) -> list[Bend]:
-        """How each of some glyphs (n,) is bent, never further than the author's own letters vary.
-
-        variation : 0 not at all, 1 as much as is usual.
-        """
-        # size and slant drift, as people's do; a generator a glyph, so that another in its place changes no others
-        drifts = correlate_values(chances.walk)
-        return [
-            _bent(ref(self), number, tuple(drift), seed, variation)
-            for number, drift, seed in zip(numbers.tolist(), drifts.tolist(), chances.seed.tolist(), strict=True)
-        ]
-
-
-@lru_cache(maxsize=4096)  # glyphs: 900 words, which are set several times when some of them read as others
-def _bent(of: ref[LayoutModel], number: int, drift: tuple[float, ...], seed: int, variation: float) -> Bend:
-    """How a glyph is bent: as it was, where the same place is written with it again."""
-    model = of()  # which leads to the pictures of the hand's pages: a bend does not keep them
-    assert model is not None, "who asks holds it"
-    height, rng = float(model.heights.height[number]), np.random.default_rng(seed)
-    return bend(model.forms[number], number, model.spread, height, np.array(drift), rng, variation)
-
-
-def layout_model(hand: ScannedHand) -> LayoutModel:
-    """The layout_model of a hand; takes about a third of a second for a page of a thousand letters."""
-    forms = Forms(hand)
-    near = neighbours(hand, forms.centre[:, 0])
-    return LayoutModel(forms, near, spacing_model(forms, near), height_model(forms, near), measure_spread(forms))
-
-
-def _reach(form: GlyphLine, bend: Bend) -> tuple[float, float]:
-    xy, radius = form.whole
-    xy = bend.of_form(xy)
-    return float((xy[:, 0] - radius).min()), float((xy[:, 0] + radius).max())
-
+from handout.writing.variation import Chances
+from handout.writing.word_layout import LayoutModel, layout_model
 
 _MOST_KEPT = 500  # words of a hand that stay set, so that of a text that is typed on only what changed is: 20 MB
 
@@ -184,11 +119,8 @@ class ScannedHandwriting:
         starts[first[:-1]] = [choice.spaces > 0 for choice in choices]
         parts = zip(choices, streams, strict=True)
         chances = Chances.join_words([Chances.draw(rng, len(choice.numbers)) for choice, rng in parts])
-        apart = model.spacing.between(numbers, starts, chances, variation)
-        y = model.heights.heights_of(numbers, starts, chances, variation).round(_FINE)
-        bends = model.bends(numbers, chances, variation)
-        apart = resolve_collisions(model.spacing, numbers, starts, apart, y, bends) * self.pitch
-        x = np.concatenate([[0.0], np.cumsum(apart)])
+        apart, y, bends = model.place_glyphs(numbers, starts, chances, variation)
+        x = np.concatenate([[0.0], np.cumsum(apart * self.pitch)])
         extents = x[:, None] + model.reach(numbers, bends) * self.pitch
         for choice, a, b in zip(choices, first.tolist(), first[1:].tolist(), strict=False):
             begin, end = float(extents[a, 0]), float(extents[b - 1, 1])
@@ -225,11 +157,9 @@ class ScannedHandwriting:
 
     def _lay(self, glyphs: Sequence[InkGlyph], x: Sequence[float]) -> list[LineGraph]:
         """The ink of glyphs without a space between, whose centres stand at `x`, x-heights."""
-        centres = np.column_stack([np.divide(x, self.pitch), [glyph.y for glyph in glyphs]])
         numbers = [glyph.number for glyph in glyphs]
-        joints = self._model.joints(numbers, [False] * len(glyphs))
-        forms, bends = [self._model.forms[number] for number in numbers], [glyph.bend for glyph in glyphs]
-        return set_line(forms, bends, centres, joints, self._model.spread.x_height)
+        y, bends = [glyph.y for glyph in glyphs], [glyph.bend for glyph in glyphs]
+        return self._model.lay_word(numbers, np.divide(x, self.pitch), y, bends)
 
     def place(
         self, words: Sequence[Word[InkGlyph]], starts: Sequence[float], scale: float, to_page: ToPage
@@ -265,12 +195,8 @@ class SetParagraph:
         self._tries: dict[int, int] = {}  # of each word, how many times it was tried again
 
     def ink(self, unit: SetUnit) -> list[LineGraph]:
-        """The graphs of a word's glyphs, x-heights from where it begins on its line, y upwards."""
-        pitch = self._handwriting.pitch
-        return [
-            replace(graph, xy=graph.xy * pitch, radius=graph.radius * pitch)
-            for graph in self._handwriting.laid(unit.word)
-        ]
+        """The graphs of a word's glyphs, line space from where it begins on its line, y upwards."""
+        return self._handwriting.laid(unit.word)
 
     def again(self, k: int, prices: Prices) -> Attempt:
         """A word chosen anew and set between those beside it, which stay as they are; see `GlyphChooser.again`."""

@@ -43,9 +43,9 @@ from handout.hand.scanned import NOBODY
 from handout.values import Array, Indices
 from handout.writing.bending import Bend
 from handout.writing.forms import Forms, GlyphLine, LineVertices
-from handout.writing.glyph_index import Neighbours
 from handout.writing.joining import matches, meets, partners, rises
 from handout.writing.joints import Joints
+from handout.writing.neighbours import Neighbours
 from handout.writing.variation import Chances
 
 _HEIGHTS = np.arange(-0.48, 1.13, 0.04)  # over the baseline, line space

@@ -19,7 +19,7 @@ from handout.pipeline.texts import TextDocument, prepare
 from handout.reading import pictures
 from handout.writing.compose import each_page
 from handout.writing.layout import Layout
-from handout.writing.scanned_words import layout_model
+from handout.writing.word_layout import layout_model
 
 USUAL = AuthorReader(pictures.load(), 0.5, 2.0, 0.45)
 

@@ -9,7 +9,7 @@ import pytest
 
 @pytest.fixture(scope="session")
 def small_manner(small_hand):
-    from handout.writing.scanned_words import layout_model
+    from handout.writing.word_layout import layout_model
 
     return layout_model(small_hand)
 

@@ -10,8 +10,8 @@ import pytest
 from handout.hand.scanned import ScannedHand
 from handout.values import LineGraph
 from handout.writing.bending import unbent
-from handout.writing.scanned_words import layout_model
 from handout.writing.variation import Chances
+from handout.writing.word_layout import layout_model
 from tests.writing.lines_of_glyphs import bent, gaps, heights, set_line
 
 

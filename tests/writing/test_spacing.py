@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from handout.writing.glyph_index import neighbours
+from handout.writing.neighbours import neighbours
 from handout.writing.spacing import _WORD_SHARES, _sampled_gaps, apart, kinds
 from handout.writing.variation import Chances
 from tests.writing.lines_of_glyphs import gaps
