@@ -35,14 +35,14 @@ HANDS = ("house-joined-ballpoint", "house-print-fountain")
 DPI = 600
 GOAL_PREPARING, GOAL_SENTENCE, GOAL_PAGE, GOAL_SHARED, GOAL_READ = 1.5, 1.0, 20.0, 0.05, 2.0
 SENTENCE = "We walked home along the river while the rain fell on us"
-_WORDS, _TEXTURE = "handout.writing.scanned_words", "handout.inking.texture"
+_WORDS, _LAYOUT, _TEXTURE = "handout.writing.scanned_words", "handout.writing.word_layout", "handout.inking.texture"
 STAGES = {
     "preparing": tuple(f"{_WORDS}.{name}" for name in ("index_glyphs", "layout_model", "author_baselines")),
     "choosing": ("handout.writing.choosing.GlyphChooser.word",),
     "setting": (
         "handout.writing.spacing.SpacingModel.between",
         "handout.writing.spacing.HeightModel.heights_of",
-        *(f"{_WORDS}.{name}" for name in ("LayoutModel.bends", "resolve_collisions", "set_line")),
+        *(f"{_LAYOUT}.{name}" for name in ("LayoutModel.bends", "resolve_collisions", "set_line")),
     ),
     "texture: warping": (f"{_TEXTURE}.warp",),
     "texture: seams": (f"{_TEXTURE}.parted",),

@@ -26,7 +26,7 @@ from handout.reading.adaptation import adapted
 from handout.reading.pictures import Reader as Reader
 from handout.reading.pictures import log_probabilities
 from handout.reading.word_space import X_HEIGHT, drawn
-from handout.values import Array, Indices
+from handout.values import Array, Indices, LineGraph
 
 VERSION = 2  # of what is kept of a hand; tests/hand/test_house_scanned.py says when to raise it
 OWN_WORDS = 100  # of an author that are learnt; half a second
@@ -101,6 +101,22 @@ def picture_of_vertices(page: ScannedPage, line: int, vertices: Indices) -> Arra
     return drawn(places, page.graph.radius[vertices] / page.pixel * scale, edges)
 
 
+def picture_of_ink(hand: ScannedHand, numbers: Indices, graphs: Sequence[LineGraph], unit: float) -> Array:
+    """(HEIGHT, w): a word that was written with glyphs (n,), upright, in word space.
+
+    graphs : n, the ink of each; unit : x-heights of one of theirs.
+    """
+    slants = [page.slant for page in hand.pages]
+    places, radius, edges, count = [], [], [], 0
+    for number, graph in zip(numbers.tolist(), graphs, strict=True):
+        x, up = (graph.xy * unit).T
+        places.append(np.column_stack([x - slants[hand.glyphs[number].page] * up, up]) * X_HEIGHT)
+        radius.append(graph.radius * unit * X_HEIGHT)
+        edges.append(graph.edges + count)
+        count += len(graph)
+    return drawn(np.concatenate(places), np.concatenate(radius), np.concatenate(edges))
+
+
 def readable(word: str) -> bool:
     """Whether the reader knows all letters of a word."""
     return bool(word) and pictures.known(word)
@@ -138,6 +154,20 @@ def surprises(reader: Reader, pictures: Sequence[Array], letters: Sequence[str])
     if not letters:
         return np.zeros(0)
     return np.clip(-log_probabilities(reader.read_all(pictures), letters), 0.0, SETTINGS.most)
+
+
+def misread_letters(seen: Sequence[Array], words: Sequence[str]) -> list[list[float]]:
+    """Of every letter of words, 0–1, how probably it is another to who knows no author, given the words' pictures.
+
+    Of a picture that is too narrow for its word, which is not read letter by letter, all are an even chance.
+    """
+    found = list[list[float]]()
+    for word, reading in zip(words, pictures.load().read_all(seen), strict=True):
+        try:
+            found.append([1.0 - letter.probability for letter in reading.spans(word)])
+        except ValueError:
+            found.append([0.5] * len(word))
+    return found
 
 
 def usual_surprise(surprises: Array, letters: Sequence[str], alone: NDArray[np.bool_]) -> Array:

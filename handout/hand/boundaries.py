@@ -27,6 +27,7 @@ from handout.hand.glyph_features import glyph_features
 from handout.hand.ligatures import LigatureFinder
 from handout.hand.scanned import NOBODY, ScannedGlyph, ScannedHand, ScannedPage
 from handout.networks import one_thread
+from handout.peaks import peaks
 from handout.values import Array, Indices
 
 
@@ -257,18 +258,11 @@ def _new_cuts(up: Array, backwards: bool) -> list[int]:
 
     up : (n,) x-heights; backwards : whether the pen came the other way.
     """
-    turns, rising, high, low = list[tuple[int, bool]](), 0, 0, 0
-    for i, height in enumerate(up.tolist()):
-        high, low = high if height <= up[high] else i, low if height >= up[low] else i
-        if rising >= 0 and up[high] - height > _SETTINGS.turn:
-            turns += [(high, True)] if rising > 0 or high > 0 else []
-            rising, low = -1, i
-        elif rising <= 0 and height - up[low] > _SETTINGS.turn:
-            turns += [(low, False)] if rising < 0 or low > 0 else []
-            rising, high = 1, i
     last = len(up) - 1
-    if rising > 0:
-        turns.append((high, True))
+    tops, bottoms = (
+        peaks(np.append(side, side.min(initial=0.0) - 1.0), prominence=_SETTINGS.turn).tolist() for side in (up, -up)
+    )
+    turns = sorted([*((at, True) for at in tops), *((at, False) for at in bottoms if at < last)])
     cuts = list[int]()
     for (at, top), (following, _) in pairwise([*turns, (last, False)]):
         cuts += [at] if top else []

@@ -21,7 +21,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from handout.hand import author_reader as reader_of
-from handout.hand.author_reader import OwnWord, readable
+from handout.hand.author_reader import OwnWord, picture_of_ink, readable
 from handout.hand.learnt import learnt
 from handout.hand.scanned import ScannedHand
 from handout.hand.vetting import vet
@@ -33,7 +33,6 @@ from handout.reading.pictures import PictureReading, Reader, Verdict
 from handout.reading.second_reader import SecondReader
 from handout.values import Array, Indices
 from handout.writing.compose import Proofreader
-from handout.writing.legibility import word_picture
 from handout.writing.pages import Sheet, Word
 from handout.writing.scanned_words import InkGlyph, SetParagraph, SetUnit
 
@@ -270,7 +269,7 @@ class Rereader:
 
     def _written(self, paragraph: SetParagraph, unit: SetUnit) -> ReadWord:
         numbers = np.array([glyph.number for glyph in unit.word.glyphs], dtype=np.intp)
-        picture = word_picture(self.hand, numbers, paragraph.ink(unit), self.hand.pitch)
+        picture = picture_of_ink(self.hand, numbers, paragraph.ink(unit), self.hand.pitch)
         return ReadWord("".join(unit.word.spelt), unit.word.at[0], numbers, picture)
 
     def _read(self, paragraph: SetParagraph, units: Sequence[SetUnit]) -> list[ReadWord]:

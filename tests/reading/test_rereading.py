@@ -19,6 +19,7 @@ from handout.pipeline.texts import TextDocument, prepare
 from handout.reading import pictures
 from handout.writing.compose import each_page
 from handout.writing.layout import Layout
+from handout.writing.legibility import misreadings
 from handout.writing.word_layout import layout_model
 
 USUAL = AuthorReader(pictures.load(), 0.5, 2.0, 0.45)
@@ -75,7 +76,7 @@ def test_a_glyph_that_is_another_letter_is_written_no_more():
     hand = library.find("house-print-fountain")
     wrong = set(hand.numbers_of_letter("o").tolist())
     lying = replace(hand, glyphs=tuple(replace(g, letter="t") if n in wrong else g for n, g in enumerate(hand.glyphs)))
-    author_reader(hand), vet(hand), layout_model(hand)
+    author_reader(hand), vet(hand), layout_model(hand), misreadings(hand)
     remember(lying, known_values(hand))  # nobody else notices
     text = "that little tent stays tight at the street, but the latter gets tattered at night-time"
 

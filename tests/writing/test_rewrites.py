@@ -57,11 +57,14 @@ def test_a_job_keeps_what_was_written_again():
 
 @pytest.mark.parametrize("scanned", [False, pytest.param(True, marks=pytest.mark.slow)])
 def test_what_is_added_or_changed_leaves_all_else_as_it_was(request, scanned):
-    """What a page shows while its text is typed: only the lines that changed are others."""
+    """What a page shows while its text is typed: only the lines that changed are others.
+
+    The seed is one at which no word is read again as another: such a one is written with what comes after it in mind.
+    """
     hand = request.getfixturevalue("small_hand") if scanned else "house-joined"
 
     def lines(text):
-        (sheet,) = TextDocument(text, prepare(WritingOptions(hand, 4), SheetOptions("120x90mm", "5mm"))).set_pages()[1]
+        (sheet,) = TextDocument(text, prepare(WritingOptions(hand, 5), SheetOptions("120x90mm", "5mm"))).set_pages()[1]
         return [list(line.placed) for line in sheet.manuscript.lines]
 
     def places(line):

@@ -1,0 +1,121 @@
+"""How often strangers misread each glyph of a scanned hand, put in words of letters that never stood beside it.
+
+A glyph that reads well where its author wrote it may lean on its neighbours, be cut a little wrong, or be a letter that
+only he takes for it.  So every glyph is written in several words that nobody wrote, whose letters follow one another as
+they do on the hand's pages and whose other glyphs are drawn by lot, and read by the reader that knows no author.  The
+choice of glyphs is paid by that (`glyph_index`).
+
+Source: own method.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from handout.hand.author_reader import misread_letters, picture_of_ink, reads_alone
+from handout.hand.learnt import learnt
+from handout.hand.places import graphemes
+from handout.hand.scanned import ScannedHand
+from handout.networks import one_thread
+from handout.values import Array
+from handout.writing.variation import Chances
+from handout.writing.word_layout import layout_model
+
+VERSION = 1  # of what is kept of a hand; tests/hand/test_house_scanned.py says when to raise it
+
+
+@dataclass(frozen=True)
+class LegibilitySettings:
+    """How glyphs are tried.
+
+    words : that each glyph is written in, at most and at least; glyphs : at which there are no more than the least.
+    length : letters of a word, from and to.
+    together : words that are set as one line.
+    worst : share of the words in which a glyph reads worst that are not counted: its neighbours were bad there.
+    """
+
+    words: tuple[int, int] = (6, 2)
+    glyphs: int = 2500
+    length: tuple[int, int] = (3, 6)
+    together: int = 40
+    worst: float = 0.15
+
+
+_SETTINGS = LegibilitySettings()
+
+
+def misreadings(hand: ScannedHand) -> Array:
+    """(n,) 0–1: how often each glyph is taken for another letter by strangers; 0 for what is not read alone."""
+    return learnt(hand, "misreadings", VERSION, len(hand.glyphs), lambda: _measure_misreadings(hand).round(3))
+
+
+@one_thread
+def _measure_misreadings(hand: ScannedHand) -> Array:
+    rng = np.random.default_rng(0)
+    words = list(_made_words(hand, rng))
+    of_glyph: list[list[float]] = [[] for _ in hand.glyphs]
+    texts = ["".join(hand.glyphs[n].letter for n in word) for word in words]
+    for word, missed in zip(words, misread_letters(_written_words(hand, words, rng), texts), strict=True):
+        for number, share in zip(word, missed, strict=True):
+            of_glyph[number].append(share)
+    counted = [sorted(each)[: max(round(len(each) * (1 - _SETTINGS.worst)), 1)] for each in of_glyph]
+    return np.array([float(np.mean(each)) if each else 0.0 for each in counted])
+
+
+def _made_words(hand: ScannedHand, rng: np.random.Generator) -> Iterator[list[int]]:
+    """Words, as glyphs, that have every glyph which is read alone about as often as all others, none twice."""
+    letters = [letter for letter in hand.letters if reads_alone(letter)]
+    small = [letter for letter in letters if letter.islower()] or letters
+    following = {letter: list[str]() for letter in letters}
+    before = {letter: list[str]() for letter in letters}
+    for page in hand.pages:
+        for word in page.transcript.split():
+            of_word = [letter for letter in graphemes(word) if letter in small]
+            for one, two in pairwise(of_word):
+                following[one].append(two)
+                before[two].append(one)
+    most, least = _SETTINGS.words
+    numbers = np.concatenate([np.zeros(0, dtype=np.intp), *(hand.numbers_of_letter(letter) for letter in letters)])
+    wanted = max(least, min(most, _SETTINGS.glyphs // max(len(numbers), 1)))
+    stock: dict[str, list[int]] = {letter: [] for letter in letters}
+    times = np.zeros(len(hand.glyphs), dtype=np.intp)
+
+    def take(after: Sequence[str]) -> int:
+        letter = str(rng.choice(after or small))
+        stock[letter] = stock[letter] or rng.permutation(hand.numbers_of_letter(letter)).tolist()
+        return stock[letter].pop()
+
+    for _ in range(wanted):
+        for number in rng.permutation(numbers).tolist():
+            if times[number] >= wanted:
+                continue
+            count, made = int(rng.integers(*_SETTINGS.length, endpoint=True)), [int(number)]
+            ahead = int(rng.integers(count)) if hand.glyphs[number].letter in small else 0
+            while len(made) < count - ahead:
+                made.append(take(following[hand.glyphs[made[-1]].letter]))
+            while len(made) < count:
+                made.insert(0, take(before[hand.glyphs[made[0]].letter]))
+            if len(set(made)) == len(made):
+                times[made] += 1
+                yield made
+
+
+def _written_words(hand: ScannedHand, words: Sequence[Sequence[int]], rng: np.random.Generator) -> list[Array]:
+    """Words as they are written in the hand, in word space."""
+    model, found = layout_model(hand), list[Array]()
+    for begin in range(0, len(words), _SETTINGS.together):
+        line = words[begin : begin + _SETTINGS.together]
+        first = np.cumsum([0, *map(len, line)])
+        numbers = np.concatenate([np.array(word, dtype=np.intp) for word in line])
+        starts = np.zeros(len(numbers), dtype=bool)
+        starts[first[:-1]] = True
+        apart, y, bends = model.place_glyphs(numbers, starts, Chances.draw(rng, len(numbers)))
+        x = np.concatenate([[0.0], np.cumsum(apart)])
+        for word, a, b in zip(line, first[:-1].tolist(), first[1:].tolist(), strict=True):
+            graphs = model.lay_word(word, x[a:b] - x[a], y[a:b], bends[a:b])
+            found.append(picture_of_ink(hand, numbers[a:b], graphs, hand.pitch))
+    return found
