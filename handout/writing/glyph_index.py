@@ -56,8 +56,8 @@ class ChoiceWeights:
     lent: float = 8.0
     # times how often strangers misread it.  Of 3200 words in eight people's hands (csafe w0018 w0154 w0180 w0191 w0227,
     # cvl 0002 0013 0052) a reader that had no part in it (PP-OCRv6) misread 33 of 100 without, 25 with 8, 22 with 14,
-    # 35 of their authors' own; of the glyphs of letters that a text needs more often than the page has them it writes
-    # 89, 83 and 75 of 100
+    # 35 of their authors' own; of the glyphs of letters that a text needs more often than the page has them, 89, 83 and
+    # 75 of 100 are written.  With 10, and eight others (w0031 w0122 w0145 w0200 w0238 w0341 w0394 w0411), 24 and 14
     misread: float = 10.0
     blot: float = 20.0  # times its `blots`
     broken: float = 3.0  # without a body
@@ -397,12 +397,8 @@ _DRAWN = 24  # the same where a hand has more good ones than that: other ones ea
 def _sampled(candidates: Candidates, rng: np.random.Generator) -> Candidates:
     good = int(np.searchsorted(candidates.cost, candidates.cost[0] + WEIGHTS.elsewhere))
     if good <= _MOST_CANDIDATES:
-        return _best(candidates)
+        return _subset(candidates, np.arange(min(len(candidates.numbers), _MOST_CANDIDATES)))
     return _subset(candidates, rng.choice(good, _DRAWN, replace=False))
-
-
-def _best(candidates: Candidates) -> Candidates:
-    return _subset(candidates, np.arange(min(len(candidates.numbers), _MOST_CANDIDATES)))
 
 
 def _subset(candidates: Candidates, which: Indices) -> Candidates:
