@@ -56,7 +56,7 @@ def misreadings(hand: ScannedHand) -> Array:
 @one_thread
 def _measure_misreadings(hand: ScannedHand) -> Array:
     rng = np.random.default_rng(0)
-    words = list(_made_words(hand, rng))
+    words = list(made_words(hand, rng))
     of_glyph: list[list[float]] = [[] for _ in hand.glyphs]
     texts = ["".join(hand.glyphs[n].letter for n in word) for word in words]
     for word, missed in zip(words, misread_letters(_written_words(hand, words, rng), texts), strict=True):
@@ -66,7 +66,7 @@ def _measure_misreadings(hand: ScannedHand) -> Array:
     return np.array([float(np.mean(each)) if each else 0.0 for each in counted])
 
 
-def _made_words(hand: ScannedHand, rng: np.random.Generator) -> Iterator[list[int]]:
+def made_words(hand: ScannedHand, rng: np.random.Generator) -> Iterator[list[int]]:
     """Words, as glyphs, that have every glyph which is read alone about as often as all others, none twice."""
     letters = [letter for letter in hand.letters if reads_alone(letter)]
     small = [letter for letter in letters if letter.islower()] or letters
