@@ -215,6 +215,8 @@ def _tell_check(told: Told) -> str:
     if told["write_again"]:
         few = " ".join(f"{letter}({sure})" for letter, sure in told["write_again"].items())
         lines.append(f"Fewer than {least} are sure of {few}: `handout hand prompt --for` makes a sheet of those.")
+    if told["unclear"]:
+        lines.append(f"Strangers mostly take for other letters: {', '.join(told['unclear'])}.")
     if "lacks" in told:
         elsewhere = sorted({f"{lack['letter']} ({lack['place']})" for lack in told["lacks"] if lack["anywhere"]})
         lines += _tell_supply(told["supply"])

@@ -22,6 +22,7 @@ from handout.progress import narrow_reports
 from handout.sources import read_drawing
 from handout.tagging.page_sources import PageSource, gather_sources, tagged_pages
 from handout.tagging.page_tagging import TaggedPage, hand_of_pages, renumber_glyph
+from handout.writing.legibility import unclear_letters
 
 if TYPE_CHECKING:
     from handout.hand.scanned import ScannedHand
@@ -49,6 +50,11 @@ def _deliver_hand(
     files = () if path is None else (path,)
     found = [_page_facts(page) for page in pages]
     told = {**report.facts(hand), "files": [*map(str, files)], "seed": seed, "found": found, "moved": moved}
+    unclear = {} if path is None else unclear_letters(hand)
+    told["unclear"] = unclear
+    if unclear:
+        told_how = "Look at them with `handout hand check`, or read another page."
+        notes = (*notes, f"Strangers mostly take for other letters: {', '.join(unclear)}. {told_how}")
     if moved:
         notes = (f"Ink that reads better with the letter beside, or with none, went there: {moved} pieces.", *notes)
     return ReadHand(seed=seed, files=files, told=told, hand=hand, pages=pages, notes=notes, moved=moved)

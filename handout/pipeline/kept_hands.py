@@ -28,6 +28,7 @@ from handout.pipeline.results import SILENT, Delivery, Facts, Listener, Result, 
 from handout.prompting.coverage import lacks
 from handout.sinks import check_outputs, write_drawings
 from handout.values import Array
+from handout.writing.legibility import unclear_letters
 
 if TYPE_CHECKING:
     from handout.hand.scanned import ScannedHand
@@ -79,7 +80,7 @@ def check_hand(
     if sheet is not None:
         _write_png(sheet, report.doubts_sheet(hand), _SHEET_DPI)
         files.append(sheet)
-    told = {**report.facts(hand), "files": [*map(str, files)]}
+    told = {**report.facts(hand), "files": [*map(str, files)], "unclear": unclear_letters(hand)}
     if text is not None:
         fields = ("letter", "place", "needed", "here", "anywhere")
         lacking, ways = (lacks(text, hand.instances, least=1), outlook(hand, text)) if text else ((), ())

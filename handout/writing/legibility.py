@@ -13,6 +13,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from string import ascii_lowercase
 
 import numpy as np
 
@@ -36,6 +37,7 @@ class LegibilitySettings:
     length : letters of a word, from and to.
     together : words that are set as one line.
     worst : share of the words in which a glyph reads worst that are not counted: its neighbours were bad there.
+    clearest : glyphs of a letter by which it is judged; unclear : share of misreadings above which it is told.
     """
 
     words: tuple[int, int] = (6, 2)
@@ -43,6 +45,8 @@ class LegibilitySettings:
     length: tuple[int, int] = (3, 6)
     together: int = 40
     worst: float = 0.15
+    clearest: int = 3
+    unclear: float = 0.6
 
 
 _SETTINGS = LegibilitySettings()
@@ -51,6 +55,24 @@ _SETTINGS = LegibilitySettings()
 def misreadings(hand: ScannedHand) -> Array:
     """(n,) 0–1: how often each glyph is taken for another letter by strangers; 0 for what is not read alone."""
     return learnt(hand, "misreadings", VERSION, len(hand.glyphs), lambda: _measure_misreadings(hand).round(3))
+
+
+def unclear_letters(hand: ScannedHand) -> dict[str, float]:
+    """The small letters that strangers mostly take for others, worst first: how often the clearest glyphs of each are.
+
+    Of capitals, digits and accents the reader knows too little to say so of an author.
+    """
+    shares = misreadings(hand)
+    clearest = {
+        letter: float(np.sort(shares[hand.numbers_of_letter(letter)])[: _SETTINGS.clearest].mean())
+        for letter in hand.letters
+        if letter in ascii_lowercase
+    }
+    return {
+        letter: round(share, 2)
+        for letter, share in sorted(clearest.items(), key=lambda item: -item[1])
+        if share > _SETTINGS.unclear
+    }
 
 
 @one_thread

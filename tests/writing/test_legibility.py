@@ -1,0 +1,38 @@
+"""Which glyphs strangers take for others, put in words of letters that never stood beside them."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from handout.writing.glyph_index import WEIGHTS, index_glyphs
+from handout.writing.legibility import made_words, misreadings, unclear_letters
+
+
+def test_made_words_have_every_letter_about_as_often_and_none_twice(small_hand):
+    words = list(made_words(small_hand, np.random.default_rng(1)))
+    times = np.bincount(np.concatenate(words), minlength=len(small_hand.glyphs))
+    letters = [glyph.letter for glyph in small_hand.glyphs]
+    assert all(len(set(word)) == len(word) >= 3 for word in words)
+    assert {letters[n] for n in np.flatnonzero(times == 0)} <= {letter for letter in letters if not letter.isalnum()}
+    assert np.median(times[times > 0]) >= 6
+
+
+def test_what_is_called_another_letter_is_misread_and_dear(small_hand):
+    number = int(small_hand.numbers_of_letter("e")[0])
+    glyphs = list(small_hand.glyphs)
+    glyphs[number] = replace(glyphs[number], letter="h")
+    lying = replace(small_hand, glyphs=tuple(glyphs))
+    before, after = misreadings(small_hand), misreadings(lying)
+    assert before[number] < 0.5 < 0.8 < after[number]
+    assert index_glyphs(lying).intrinsic_cost[number] > 0.8 * WEIGHTS.misread
+    others = np.delete(np.arange(len(before)), number)
+    assert np.abs(before - after)[others].mean() < 0.2
+
+
+def test_a_letter_is_told_of_which_every_glyph_is_misread(small_hand):
+    wrong = set(small_hand.numbers_of_letter("n").tolist())
+    lying = tuple(
+        replace(glyph, letter="k") if number in wrong else glyph for number, glyph in enumerate(small_hand.glyphs)
+    )
+    assert "k" not in unclear_letters(small_hand)
+    assert unclear_letters(replace(small_hand, glyphs=lying))["k"] > 0.9
