@@ -14,8 +14,6 @@ from handout.plotting.connections import is_simulated
 from handout.plotting.dialects import dialect
 from handout.plotting.ports import serial_devices as serial_devices
 
-on_network = announcements.listen  # machines that have announced themselves there
-
 
 @dataclass(frozen=True)
 class DeviceEntry(Result):
@@ -32,6 +30,11 @@ def list_devices() -> list[DeviceEntry]:
     files = shipped.files("devices", "*.toml")
     read = {name: profiles.read_profile(path) for name, path in files.items()}
     return [DeviceEntry(name, profile.kind, profile.title, files[name]) for name, profile in read.items()]
+
+
+def on_network() -> list[announcements.Announced]:
+    """Machines that have announced themselves on the network; raises PortError where there is none, or no zeroconf."""
+    return announcements.listen()
 
 
 def probe(port: str = "auto", device: str | None = None, listener: Listener = SILENT) -> Told:
