@@ -114,6 +114,8 @@ class _Mender:
             if move.gain > 0 and not taken & {move.giver, move.taker}:
                 chosen.append(move)
                 taken |= {move.giver, move.taker} - {NOBODY}
+        if not chosen:
+            return []
         before, after = self._scores(self._hand.glyphs), self._scores(self._given(chosen))
         sides = [[n for n in (move.giver, move.taker) if n != NOBODY] for move in chosen]
         likeness = [float((before[numbers] - after[numbers]).sum()) for numbers in sides]

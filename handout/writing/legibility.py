@@ -79,6 +79,8 @@ def unclear_letters(hand: ScannedHand) -> dict[str, float]:
 def _measure_misreadings(hand: ScannedHand) -> Array:
     rng = np.random.default_rng(0)
     words = list(made_words(hand, rng))
+    if not words:
+        return np.zeros(len(hand.glyphs))
     of_glyph: list[list[float]] = [[] for _ in hand.glyphs]
     texts = ["".join(hand.glyphs[n].letter for n in word) for word in words]
     for word, missed in zip(words, misread_letters(_written_words(hand, words, rng), texts), strict=True):

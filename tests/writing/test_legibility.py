@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from handout.hand.boundaries import mend_boundaries
 from handout.writing.glyph_index import WEIGHTS, index_glyphs
 from handout.writing.legibility import made_words, misreadings, unclear_letters
 
@@ -36,3 +37,11 @@ def test_a_letter_is_told_of_which_every_glyph_is_misread(small_hand):
     )
     assert "k" not in unclear_letters(small_hand)
     assert unclear_letters(replace(small_hand, glyphs=lying))["k"] > 0.9
+
+
+def test_of_a_hand_without_letters_nothing_is_told(small_hand):
+    unnamed = tuple(replace(glyph, letter="", before=-1, after=-1, ligatures=()) for glyph in small_hand.glyphs[:4])
+    for glyphs in ((), unnamed):
+        silent = replace(small_hand, glyphs=glyphs)
+        assert not misreadings(silent).any() and unclear_letters(silent) == {}
+        assert mend_boundaries(silent)[1] == 0
