@@ -53,7 +53,7 @@ class BoundarySettings:
 
 
 _SETTINGS = BoundarySettings()
-_FEWEST = 4  # vertices of a stroke that is worth a move, and of a letter that is left
+_FEWEST = 4  # vertices of a stroke that is worth a move, and of a letter that is left: less has no shape
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,7 +83,7 @@ def mend_boundaries(hand: ScannedHand) -> tuple[ScannedHand, int]:
         moves = mender.worthwhile_moves()
         if not moves:
             break
-        hand, count = mender.moved(moves), count + len(moves)
+        hand, count = mender.move_ink(moves), count + len(moves)
     return hand, count
 
 
@@ -116,14 +116,14 @@ class _Mender:
                 taken |= {move.giver, move.taker} - {NOBODY}
         if not chosen:
             return []
-        before, after = self._scores(self._hand.glyphs), self._scores(self._given(chosen))
+        before, after = self._scores(self._hand.glyphs), self._scores(self._glyphs_after(chosen))
         sides = [[n for n in (move.giver, move.taker) if n != NOBODY] for move in chosen]
         likeness = [float((before[numbers] - after[numbers]).sum()) for numbers in sides]
-        return [move for move, liker in zip(chosen, likeness, strict=True) if move.gain + liker > _SETTINGS.gain]
+        return [move for move, more in zip(chosen, likeness, strict=True) if move.gain + more > _SETTINGS.gain]
 
-    def moved(self, moves: Sequence[_Move]) -> ScannedHand:
+    def move_ink(self, moves: Sequence[_Move]) -> ScannedHand:
         """The hand after some moves, with the ligatures of all that they touch."""
-        glyphs, touched = self._given(moves), {n for move in moves for n in (move.giver, move.taker)}
+        glyphs, touched = self._glyphs_after(moves), {n for move in moves for n in (move.giver, move.taker)}
         for move in moves:
             self._owners[glyphs[move.giver].page][move.vertices] = move.taker
         pages = self._hand.pages
@@ -133,15 +133,15 @@ class _Mender:
                 glyphs[n] = replace(glyph, ligatures=finders[glyph.page].ligatures_between(n, glyph.after, glyph.line))
         return replace(self._hand, glyphs=tuple(glyphs))
 
-    def _given(self, moves: Sequence[_Move]) -> list[ScannedGlyph]:
+    def _glyphs_after(self, moves: Sequence[_Move]) -> list[ScannedGlyph]:
         """All glyphs after some moves; their ligatures are as they were."""
         glyphs = list(self._hand.glyphs)
         for move in moves:
-            for number, vertices in self._after(move):
+            for number, vertices in self._sides_after(move):
                 glyphs[number] = replace(glyphs[number], vertices=vertices)
         return glyphs
 
-    def _after(self, move: _Move) -> Iterator[tuple[int, Indices]]:
+    def _sides_after(self, move: _Move) -> Iterator[tuple[int, Indices]]:
         """The glyphs of a move, with the vertices that they have then."""
         glyphs = self._hand.glyphs
         yield move.giver, np.setdiff1d(glyphs[move.giver].vertices, move.vertices)
@@ -150,7 +150,7 @@ class _Mender:
 
     def _gains(self, moves: Sequence[_Move]) -> list[_Move]:
         """Moves with what they gain, as their letters read."""
-        items = [(n, item) for n, move in enumerate(moves) for item in self._after(move)]
+        items = [(n, item) for n, move in enumerate(moves) for item in self._sides_after(move)]
         gains = np.zeros(len(moves))
         for (n, (number, _)), surprise in zip(items, self._surprises([item for _, item in items]), strict=True):
             gains[n] += self._surprise[number] - surprise

@@ -22,7 +22,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from handout.hand import author_reader as reader_of
-from handout.hand.author_reader import OWN_WORDS, OwnWord, picture_of_ink, readable
+from handout.hand.author_reader import picture_of_ink, readable
 from handout.hand.learnt import learnt
 from handout.hand.scanned import ScannedHand
 from handout.hand.vetting import vet
@@ -47,8 +47,8 @@ class RereadingSettings:
     tries : times that a word is written again: of 1800 words in three hands 6 are told after two, 1 after five.
     wrong : share of the words that come out misspelt: 3 to 8 of 100 in four hands from paper, counted by eye.
     again, told : probability of being wrong above which a word is written again, and told as doubtful after that.  Of
-        1500 words in ten hands none was told with .2; with .006 20 were, 13 of them misspelt by eye, as were some 8 of
-        100 of the others.
+        1500 words in ten hands none was told with .2, 14 with .003, 10 of which were misspelt by eye, as were some 3 of
+        33 of the others.
     worst : surprise that a word counts with at most, a letter; nats: a wrong transcript says nothing of the author.
     right, misspelt, spread : usual surprise (`scale`) of words that are right, of wrong ones, and standard deviation;
         medians of twelve pages that were read from paper.
@@ -70,6 +70,7 @@ class RereadingSettings:
 
 SETTINGS = RereadingSettings()
 _OF_TWO = 0.6, 2.44, 0.46  # right, misspelt and spread of what surprises two readers; of the same pages
+_MADE = 100  # words that are written to know what surprise means in a hand; half a second
 _TAKEN_FOR = 5  # other letters that are the likeliest in a letter's place: what is misspelt looks much like it
 _TAIL = 0.16  # of a normal distribution lies so far out that it is a standard deviation off, on either side
 VERSION = 3  # of what is kept of a hand; tests/hand/test_house_scanned.py says when to raise it
@@ -111,7 +112,7 @@ class Doubt:
     """A word that reads as another after all.
 
     page, line : where it stands, from 1.
-    probability : that it is written right all the same.
+    probability : that it is written right all the same, reckoned so that an even chance is told; no frequency.
     """
 
     word: str
@@ -157,16 +158,15 @@ def _figures(hand: ScannedHand, second: SecondReader | None, settings: Rereading
     """
     words, rng = _made_words(hand), np.random.default_rng(1)
     reader = AuthorReader(reader_of.author_reader(hand), 0.0, 0.0, 1.0, second)
-    pairs = list(zip(reader.read([word.picture for word in words]), (word.text for word in words), strict=True))
+    pairs = list(zip(reader.read([picture for _, picture in words]), (text for text, _ in words), strict=True))
     others = [(reading, other) for reading, text in pairs for other in _misspelt(reading[0], text, rng)]
     count = len(pairs) if others else 0
     share = count / (count + settings.trust)
     means, spreads = (0.0, 0.0), (0.0, 0.0)
     if count:
-        readings_texts = [tuple(zip(*some, strict=True)) for some in (pairs, others)]
         scales = [
             np.array(list(map(scale, texts, surprises(readings, texts, settings).tolist())))
-            for readings, texts in readings_texts
+            for readings, texts in (tuple(zip(*some, strict=True)) for some in (pairs, others))
         ]
         means, spreads = zip(*map(_normal, scales), strict=True)
     before = np.array(_OF_TWO if second else (settings.right, settings.misspelt, settings.spread))
@@ -174,21 +174,20 @@ def _figures(hand: ScannedHand, second: SecondReader | None, settings: Rereading
     return np.asarray(share * own + (1 - share) * before)
 
 
-def _made_words(hand: ScannedHand) -> list[OwnWord]:
-    """Words that nobody wrote, as they are written in a hand."""
+def _made_words(hand: ScannedHand) -> list[tuple[str, Array]]:
+    """Words that nobody wrote, and pictures of them, (HEIGHT, w) in word space, as they are written in a hand."""
     rng = np.random.default_rng(0)
-    made = ["".join(hand.glyphs[n].letter for n in word) for word in islice(made_words(hand, rng), OWN_WORDS)]
+    made = ["".join(hand.glyphs[n].letter for n in word) for word in islice(made_words(hand, rng), _MADE)]
     if not made:
         return []
     handwriting = ScannedHandwriting(hand, rng, 1.0)
     chooser = GlyphChooser(handwriting.stock, rng)
     (chosen,) = choices(paragraphs_of(" ".join(made), handwriting.repertoire), [chooser, chooser])
-    paragraph, words = SetParagraph(handwriting, chooser, list(chosen)), list[OwnWord]()
+    paragraph, words = SetParagraph(handwriting, chooser, list(chosen)), list[tuple[str, Array]]()
     for unit in paragraph.units:
         numbers = np.array([glyph.number for glyph in unit.word.glyphs], dtype=np.intp)
-        picture = picture_of_ink(hand, numbers, paragraph.ink(unit), hand.pitch)
-        words.append(OwnWord(numbers, "".join(unit.word.spelt), picture))
-    return [word for word in words if readable(word.text)]
+        words.append(("".join(unit.word.spelt), picture_of_ink(hand, numbers, paragraph.ink(unit), hand.pitch)))
+    return [(text, picture) for text, picture in words if readable(text)]
 
 
 def _misspelt(reading: PictureReading, text: str, rng: np.random.Generator) -> list[str]:
