@@ -196,11 +196,11 @@ def learn(path: Path) -> Mapping[str, Array]:
 def worked_out(hand: ScannedHand) -> Mapping[str, Array]:
     """What is asked of a hand whenever it is written with: of what it keeps, what is out of date is worked out anew."""
     from handout.completion.manner import WritingManner
-    from handout.pipeline.rereading import author_reader
+    from handout.pipeline.rereading import stranger_reader
     from handout.writing.glyph_index import index_glyphs
     from handout.writing.word_layout import layout_model
 
-    author_reader(hand)
+    stranger_reader(hand)
     index_glyphs(hand)
     layout_model(hand)
     WritingManner(hand)

@@ -259,7 +259,7 @@ def _rereader(hand: Hand | ScannedHand, task: WritingTask) -> Rereader | None:
 
     # without variation the best glyphs are wanted, always the same: what reads badly is only told
     tries = rereading.SETTINGS.tries if task.layout.jitter else 0
-    return rereading.Rereader(hand, rereading.author_reader(task.hand), tries, rereading.SETTINGS)
+    return rereading.Rereader(hand, rereading.stranger_reader(task.hand), tries, rereading.SETTINGS)
 
 
 def _doubts(name: str, reader: Rereader | None, pages: Sequence[LetterPage]) -> Iterator[tuple[Doubt, Line]]:

@@ -89,38 +89,46 @@ def _forward_of(seen: Sequence[Array], states: Sequence[Indices]) -> list[Array]
     return [score[: len(one), k, : one.shape[1]] for k, one in enumerate(seen)]
 
 
-def substitutions(log_posteriors: Array, labels: Sequence[int]) -> Array:
-    """(letters, classes): log probability of the text with one letter replaced by each class, the others as they are.
+def edits(log_posteriors: Array, labels: Sequence[int]) -> Array:
+    """(2 · letters + 1, classes): log probability of every text that is an edit away.
 
-    The blank as replacement stands for the text without the letter.  Source: own method, from the same variables.
+    Row 2k + 1 has letter k replaced by each class, or left out for the blank; row 2k has each class put in before it.
+    Source: own method, from the same variables.
     """
     states = _states(labels, log_posteriors.shape[1])
-    count, classes = len(labels), log_posteriors.shape[1]
-    if len(log_posteriors) == 0 or not labels:
+    count, classes = len(states), log_posteriors.shape[1]
+    if len(log_posteriors) == 0:
         return np.full((count, classes), _NEVER)
     seen = log_posteriors[:, states]
-    ahead = _forward(seen, _skips(states))
-    behind = _forward(seen[::-1, ::-1], _skips(states[::-1]))[::-1, ::-1]
-    at, every = np.arange(count) * 2 + 1, np.arange(classes)
-    # a neighbour that equals the replacement is parted from it by a blank
-    unlike_before = np.array([every != (labels[k - 1] if k else -1) for k in range(count)])
-    unlike_after = np.array([every != (labels[k + 1] if k + 1 < count else -1) for k in range(count)])
+    ahead, behind = _forward(seen, _skips(states)), _forward(seen[::-1, ::-1], _skips(states[::-1]))[::-1, ::-1]
+    at = np.arange(count)
+    is_letter = at % 2
+    # states of the blank and of the letter before what is new, and after it
+    blank, letter, blank_on, letter_on = at - is_letter, at - 1 - is_letter, at + is_letter, at + 1 + is_letter
+    first, last = letter < 0, letter_on >= count
+    # a neighbour that equals what is new is parted from it by a blank
+    padded = np.append(states, -1)
+    unlike, unlike_on = (
+        np.arange(classes) != np.where(none, -1, padded[np.clip(near, 0, count)])[:, None]
+        for near, none in ((letter, first), (letter_on, last))
+    )
     run, total = np.full((count, classes), _NEVER), np.full((count, classes), _NEVER)
     for step, row in enumerate(log_posteriors):
         if step:
-            letter = np.where(at > 1, ahead[step - 1, at - 2], _NEVER)
-            run = np.logaddexp(run, ahead[step - 1, at - 1][:, None])
-            run = np.where(unlike_before, np.logaddexp(run, letter[:, None]), run)
+            near = np.where(first, _NEVER, ahead[step - 1, np.maximum(letter, 0)])[:, None]
+            run = np.logaddexp(run, ahead[step - 1, blank][:, None])
+            run = np.where(unlike, np.logaddexp(run, near), run)
         else:
-            run[0] = 0.0
+            run[first] = 0.0
         run = run + row
         if step + 1 < len(log_posteriors):
-            letter = np.where(at + 2 < len(states), behind[step + 1, np.minimum(at + 2, len(states) - 1)], _NEVER)
-            leave = np.logaddexp(behind[step + 1, at + 1][:, None], np.where(unlike_after, letter[:, None], _NEVER))
+            near = np.where(last, _NEVER, behind[step + 1, np.minimum(letter_on, count - 1)])[:, None]
+            leave = np.logaddexp(behind[step + 1, blank_on][:, None], np.where(unlike_on, near, _NEVER))
         else:
-            leave = np.where(at == len(states) - 2, 0.0, _NEVER)[:, None]
+            leave = np.where(last, 0.0, _NEVER)[:, None]
         total = np.logaddexp(total, run + leave)
-    total[:, BLANK] = [_probability_without(k, labels, ahead, behind) for k in range(count)]
+    total[::2, BLANK] = _NEVER
+    total[1::2, BLANK] = [_probability_without(k, labels, ahead, behind) for k in range(len(labels))]
     return total
 
 

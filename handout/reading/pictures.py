@@ -40,8 +40,8 @@ class ReadLetter:
     """One letter of a text in its place in a picture.
 
     left, right : where it is seen, columns of word space.
-    probability : that this letter stands there and no other, the rest of the text being right.
-    reads_as : the likeliest letter; "" for none at all.
+    probability : that this letter stands there, no other and none more beside it, the rest of the text being right.
+    reads_as : the likeliest letter in its place; "" for none at all.
     """
 
     letter: str
@@ -150,7 +150,7 @@ class PictureReading:
         """Of each letter of `text` the likeliest others in its place."""
         logs, groups = self.grouped
         labels = _labels(text, groups)
-        each = ctc.substitutions(logs, labels)
+        each = ctc.edits(logs, labels)[1::2]
         each[:, ctc.BLANK] = each[np.arange(len(labels)), labels] = -np.inf
         return ["".join(groups[label - 1] for label in row) for row in np.argsort(-each, axis=1)[:, :count].tolist()]
 
@@ -165,8 +165,11 @@ class PictureReading:
         logs, groups = self.grouped
         labels = _labels(text, groups)
         borders = ctc.alignment(logs, labels) * STEP - MARGIN
-        each = ctc.substitutions(logs, labels)
-        shares = np.exp(each - np.logaddexp.reduce(each, axis=1, keepdims=True))
+        edits = ctc.edits(logs, labels)
+        each, more = edits[1::2], np.logaddexp.reduce(edits[::2], axis=1)
+        # a letter too many is either neighbour's as likely
+        beside = np.logaddexp(more[:-1], more[1:]) + np.log(0.5)
+        shares = np.exp(each - np.logaddexp(np.logaddexp.reduce(each, axis=1), beside)[:, None])
         names = ["", *groups]
         return tuple(
             ReadLetter(

@@ -91,12 +91,15 @@ def test_occupancies_are_shares_of_all_ways_that_read_so(seed):
 
 @settings(max_examples=25, deadline=None)
 @given(st.integers(0, 10_000))
-def test_substitutions_are_the_probabilities_of_the_texts_with_another_letter(seed):
+def test_edits_are_the_probabilities_of_the_texts_with_another_letter_or_one_more(seed):
     logs, text = posteriors(seed, 6), (1, 2, 2)
-    replaced = ctc.substitutions(logs, text)
+    edits = ctc.edits(logs, text)
+    assert edits.shape == (7, CLASSES)
     for at, letter in product(range(3), range(CLASSES)):
         other = [x for x in (*text[:at], letter, *text[at + 1 :]) if x != ctc.BLANK]
-        assert replaced[at, letter] == pytest.approx(ctc.log_probability(logs, other))
+        assert edits[2 * at + 1, letter] == pytest.approx(ctc.log_probability(logs, other))
+    for at, letter in product(range(4), range(1, CLASSES)):
+        assert edits[2 * at, letter] == pytest.approx(ctc.log_probability(logs, (*text[:at], letter, *text[at:])))
 
 
 def test_greedy_drops_repetitions_and_blanks():

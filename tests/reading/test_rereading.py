@@ -13,16 +13,15 @@ from handout.hand.vetting import vet
 from handout.page_sizes import page
 from handout.pipeline import rereading
 from handout.pipeline.options import WritingOptions
-from handout.pipeline.rereading import SETTINGS, AuthorReader, Doubt, _normal, author_reader, reread, surprises
+from handout.pipeline.rereading import SETTINGS, Doubt, StrangerReader, _normal, reread, stranger_reader, surprises
 from handout.pipeline.results import Tally
 from handout.pipeline.texts import TextDocument, prepare
-from handout.reading import pictures
 from handout.writing.compose import each_page
 from handout.writing.layout import Layout
 from handout.writing.legibility import misreadings
 from handout.writing.word_layout import layout_model
 
-USUAL = AuthorReader(pictures.load(), 0.5, 2.0, 0.45)
+USUAL = StrangerReader(0.5, 2.0, 0.45)
 
 
 def test_the_more_a_word_surprises_the_more_it_is_doubted():
@@ -48,10 +47,11 @@ def test_wrong_transcripts_say_nothing_of_an_author():
 
 
 @pytest.mark.slow
-def test_words_of_an_author_are_not_doubted_but_under_other_texts():
+def test_few_words_of_an_author_are_doubted_but_under_other_texts():
+    """Some that he scribbled are misread by strangers, and told if they were written: 5 of 100 of this hand."""
     hand = library.find("house-joined-ballpoint")
-    own = author_reader(hand)
-    words = [word for word in own_words(hand) if len(word.text) > 2 and rereading.readable(word.text)][:60]
+    own = stranger_reader(hand)
+    words = [word for word in own_words(hand) if len(word.text) > 2 and rereading.readable(word.text)][:300]
     readings = own.read([word.picture for word in words])
     right = [word.text for word in words]
     wrong = [text[:-2] + ("e" if text[-2] != "e" else "o") + text[-1] for text in right]
@@ -59,16 +59,15 @@ def test_words_of_an_author_are_not_doubted_but_under_other_texts():
         [own.wrong(text, surprise, 0.05) for text, surprise in zip(texts, surprises(readings, texts), strict=True)]
         for texts in (right, wrong)
     )
-    assert np.mean(np.array(p_right) > SETTINGS.told) < 0.05
+    assert np.mean(np.array(p_right) > SETTINGS.told) < 0.07
     assert np.mean(np.array(p_wrong) > SETTINGS.told) > 0.7
 
 
 def test_a_hand_without_words_is_judged_as_usual():
     hand = library.find("house-print-fountain")
-    silent = author_reader(replace(hand, glyphs=()))
+    silent = stranger_reader(replace(hand, glyphs=()))
     usual = rereading._OF_TWO if silent.second else (SETTINGS.right, SETTINGS.misspelt, SETTINGS.spread)
     assert (silent.right, silent.misspelt, silent.spread) == usual
-    assert silent.reader is pictures.load()
 
 
 @pytest.mark.slow
@@ -76,7 +75,7 @@ def test_a_glyph_that_is_another_letter_is_written_no_more():
     hand = library.find("house-print-fountain")
     wrong = set(hand.numbers_of_letter("o").tolist())
     lying = replace(hand, glyphs=tuple(replace(g, letter="t") if n in wrong else g for n, g in enumerate(hand.glyphs)))
-    author_reader(hand), vet(hand), layout_model(hand), misreadings(hand)
+    stranger_reader(hand), vet(hand), layout_model(hand), misreadings(hand)
     remember(lying, known_values(hand))  # nobody else notices
     text = "that little tent stays tight at the street, but the latter gets tattered at night-time"
 

@@ -8,7 +8,7 @@ import pytest
 from handout.hand import library
 from handout.hand.author_reader import own_words
 from handout.pipeline import doctor
-from handout.pipeline.rereading import AuthorReader, surprises
+from handout.pipeline.rereading import StrangerReader, surprises
 from handout.reading import pictures, second_reader
 
 installed = pytest.mark.skipif(importlib.util.find_spec("rapidocr") is None, reason='the extra "reader" is wanted')
@@ -30,7 +30,7 @@ def without(monkeypatch):
 
 def test_where_it_is_not_installed_one_reads_alone(without, words):
     assert second_reader.load() is None
-    alone = AuthorReader(pictures.load(), 0.5, 2.0, 0.45, second_reader.load())
+    alone = StrangerReader(0.5, 2.0, 0.45, second_reader.load())
     texts = [word.text for word in words]
     seen = alone.read([word.picture for word in words])
     assert surprises(seen, texts) == pytest.approx(
@@ -70,7 +70,7 @@ def test_it_reads_words_and_minds_wrong_letters(words):
 @installed
 def test_two_surprises_add_up(words):
     texts, shown = [word.text for word in words], [word.picture for word in words]
-    both = AuthorReader(pictures.load(), 0.5, 2.0, 0.45, second_reader.load()).read(shown)
+    both = StrangerReader(0.5, 2.0, 0.45, second_reader.load()).read(shown)
     each = [surprises([(reading,) for reading in seen], texts) for seen in zip(*both, strict=True)]
     assert surprises(both, texts) == pytest.approx(each[0] + each[1])
     assert each[1].max() > 0
