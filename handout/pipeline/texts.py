@@ -113,7 +113,7 @@ def prepare(
         replace(picture.look(styled=writing.style is not None), footprint=writing.pose is not None),
     )
     hand = library.find(writing.hand) if isinstance(writing.hand, str) else writing.hand
-    hand, behind = hand.with_haste(writing.haste), tuple[str, ...]()
+    hand, behind = hand.with_language(writing.language).with_haste(writing.haste), tuple[str, ...]()
     if hand.pages is not None and isinstance(writing.hand, str):
         from handout.hand.pending import untaken
 
