@@ -164,6 +164,9 @@ class _Entry(msgspec.Struct, forbid_unknown_fields=True):
     lift: float = 0.0
 
 
+_LettersOfFile = dict[str, list[_Form] | str]
+
+
 class _DrawnFile(msgspec.Struct, forbid_unknown_fields=True):
     name: str
     title: str
@@ -172,7 +175,7 @@ class _DrawnFile(msgspec.Struct, forbid_unknown_fields=True):
     interval: float
     word_space: float
     pitch: float
-    letters: dict[str, list[_Form]]
+    letters: _LettersOfFile
     marks: dict[str, list[_Form]]
     drawn_at: float | None = None
     breadth: float = 1.0
@@ -180,6 +183,7 @@ class _DrawnFile(msgspec.Struct, forbid_unknown_fields=True):
     late: Literal["word", "letter"] = "word"
     endings: list[tuple[float, float]] = []
     entries: dict[str, _Entry] = {}
+    also: list[str] = []
 
 
 def read_drawn_hand(path: Path) -> Hand:
@@ -194,6 +198,12 @@ def read_drawn_hand(path: Path) -> Hand:
         file = msgspec.convert(load_table(path, "a drawn hand"), _DrawnFile)
     except msgspec.ValidationError as error:
         raise InputError(f"{path}: cannot be read as a drawn hand: {error}.") from error
+    scripts = {each.stem: each for each in sorted(_HOUSE.glob("scripts/*.toml"))}
+    for name in file.also:
+        if name not in scripts:
+            raise InputError(f"{path}: also = {name!r} is none of {', '.join(scripts)}.")
+        more = load_table(scripts[name], "letters of drawn hands")["letters"]
+        file.letters = msgspec.convert(more, _LettersOfFile) | file.letters
     for key, (least, greatest) in _BOUNDS.items():
         value = getattr(file, key)
         if value is not None and not least <= value <= greatest:
@@ -266,9 +276,10 @@ def _glyph(letter: str, number: int, form: _Form, strokes: list[Array], breadth:
 
 
 def _letter(file: _DrawnFile, letter: str) -> tuple[Glyph, ...]:
-    return tuple(
-        glyph for number, form in enumerate(file.letters[letter]) for glyph in _derive(letter, number, form, file)
-    )
+    forms = file.letters[letter]
+    if isinstance(forms, str) and isinstance(forms := file.letters.get(same := forms, ""), str):
+        raise ValueError(f"letter {letter!r}: no forms are drawn of {same!r}")
+    return tuple(glyph for number, form in enumerate(forms) for glyph in _derive(letter, number, form, file))
 
 
 def _derive(letter: str, number: int, form: _Form, file: _DrawnFile) -> Iterator[Glyph]:

@@ -17,7 +17,7 @@ from handout import atomic, units
 from handout.completion.completed_hand import complete_hand, outlook
 from handout.errors import InputError
 from handout.hand import file, library, report
-from handout.hand.corrections import CorrectionJournal, JournalEntry, read_corrections
+from handout.hand.corrections import AnyCorrection, CorrectionJournal, JournalEntry, KeepOut, read_corrections
 from handout.hand.drawn import Hand
 from handout.hand.pending import PendingLog
 from handout.pipeline import texts
@@ -56,7 +56,11 @@ class CheckedHand(Delivery):
 
 
 def check_hand(
-    name: str, output: str | Path | None = None, text: str | None = None, doubts: str | Path | None = None
+    name: str,
+    output: str | Path | None = None,
+    text: str | None = None,
+    sheet: str | Path | None = None,
+    questions: int = 24,
 ) -> CheckedHand:
     """What a scanned hand holds and what of it is doubtful, with a picture of its pages where one is asked for.
 
@@ -64,9 +68,10 @@ def check_hand(
     ----------
     output : a PNG file; several pages are numbered.
     text : one that is to be written, of which it is told how it comes by letters that are missing.
-    doubts : a PNG file for the letters that are not sure, each in its word, the least probable first.
+    sheet : a PNG file for the letters that may read badly in what is written, the most harmful first, at most so many
+        `questions`; a JSON file beside it says which they are, for `answer_questions`.
     """
-    sheet = None if doubts is None else output_path(doubts, ".png", "the letters that are not sure are shown as")
+    asked = None if sheet is None else output_path(sheet, ".png", "letters that may read badly are shown as")
     path = None if output is None else output_path(output, ".png", "overlays are written as")
     hand = file.load(library.scanned_file(name))
     files: list[Path] = []
@@ -76,10 +81,18 @@ def check_hand(
         files = [path] if count == 1 else numbered
         for number, picture in enumerate(files):
             _write_png(picture, report.overlay(hand, number), hand.pages[number].dpi)
-    if sheet is not None:
-        _write_png(sheet, report.doubts_sheet(hand), _SHEET_DPI)
-        files.append(sheet)
-    told = {**report.facts(hand), "files": [*map(str, files)], "unclear": unclear_letters(hand)}
+    told = {**report.facts(hand), "unclear": unclear_letters(hand)}
+    if asked is not None:
+        from handout.pipeline import letter_questions
+
+        found = letter_questions.ask_letters(hand, questions)
+        kept = letter_questions.question_file(hand, found)
+        _write_png(asked, letter_questions.draw_questions(hand, found), _SHEET_DPI)
+        beside = asked.with_suffix(".json")
+        atomic.write(beside, msgspec.json.format(msgspec.json.encode(kept)))
+        files += [asked, beside]
+        told["questions"] = msgspec.to_builtins(kept.questions)
+    told["files"] = [*map(str, files)]
     if text is not None:
         fields = ("letter", "place", "needed", "here", "anywhere")
         lacking, ways = (lacks(text, hand.instances, least=1), outlook(hand, text)) if text else ((), ())
@@ -160,17 +173,46 @@ def edit_hand(
     InputError
         The hand comes with the program and no `output` is given; corrections that cannot be read or made.
     """
-    from handout.tagging.relearning import correct
-
-    source, path = _edited(name, output)
     if str(corrections).endswith(file.SUFFIX):
         new = file.journal(Path(corrections)).corrections
     else:
         new = read_corrections(read_bytes(corrections), str(corrections))
+    return _make_corrections(name, new, output, learning, listener)
+
+
+def answer_questions(
+    name: str,
+    sheet: str | Path,
+    answers: Sequence[str],
+    output: str | Path | None = None,
+    *,
+    listener: Listener = SILENT,
+) -> Delivery:
+    """Correct a scanned hand by answers to the questions of a sheet, whose JSON file is given.
+
+    Other letters learn from an answer that says what a letter is, not from one that only keeps letters out.
+
+    Raises
+    ------
+    InputError
+        As `edit_hand`; answers that are to none of the questions (`letter_questions.read_answers`).
+    """
+    from handout.pipeline.letter_questions import read_answers
+
+    new = read_answers(read_bytes(sheet), str(sheet), answers)
+    return _make_corrections(name, new, output, not all(isinstance(one, KeepOut) for one in new), listener)
+
+
+def _make_corrections(
+    name: str, new: Sequence[AnyCorrection], output: str | Path | None, learning: bool, listener: Listener
+) -> Delivery:
+    from handout.tagging.relearning import correct
+
+    source, path = _edited(name, output)
     with _held(source, path, listener):
         hand = file.load(source)
         corrected = correct(hand, new, learning=learning, tell=listener.progress)
-        journal = file.record(source, path, hand, corrected.hand, JournalEntry(new, corrected.changes))
+        journal = file.record(source, path, hand, corrected.hand, JournalEntry(tuple(new), corrected.changes))
         learn(path, strokes=False)
     return _edited_hand(path, journal, len(new), len(corrected.hand.glyphs), notes=corrected.notes)
 

@@ -94,6 +94,8 @@ ALIKE = {
     "⬇": "↓",
     "⩽": "≤",
     "⩾": "≥",
+    # Greek and Cyrillic letters
+    **dict(zip("ΑΒΕΖΗΙΚΜΝΟΡΤΥΧονµАВЕІЈКМНОРСТХЅаеіјорсухѕ", "ABEZHIKMNOPTYXovμABEIJKMHOPCTXSaeijopcyxs", strict=True)),
 }
 # without U+00A0, U+2007 and U+202F, at which a line must not break
 SPACES = str.maketrans(
@@ -276,9 +278,9 @@ def _in_brackets(units: Sequence[str], word: Sequence[int]) -> range:
 
 
 def _is_foreign(word: Sequence[str], forms: Mapping[str, Sequence[Letter]]) -> bool:
-    """Whether a word is of letters of another alphabet, none of which the hand has."""
+    """Whether a word is of letters of another alphabet, which the hand has not all."""
     letters = [unit for unit in word if unit not in _BRACKETS]
-    return bool(letters) and all(_FOREIGN.match(unit) and not forms[unit] for unit in letters)
+    return all(map(_FOREIGN.match, letters)) and not all(forms[unit] for unit in letters)
 
 
 def _is_named_beside(
@@ -344,8 +346,8 @@ def _letters(grapheme: str, hand: Repertoire, at: int) -> list[Letter]:
         if all(part in hand.letters for part in same):
             return [Letter(part, (), at) for part in same]
     base, marks = decompose_grapheme(grapheme)
-    if base in hand.letters and marks and all(mark in hand.marks for mark in marks):
-        return [Letter(base, marks, at)]
+    if marks and all(mark in hand.marks for mark in marks):
+        return [Letter(same, marks, at) for same in (base, *ALIKE.get(base, ())) if same in hand.letters][:1]
     return []
 
 

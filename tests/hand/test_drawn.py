@@ -52,6 +52,17 @@ def test_derives_ways_in_and_endings(tmp_path):
     assert {g.form for g in forms} == {0}
 
 
+def test_letters_of_other_files_and_of_other_letters(tmp_path):
+    head = HEAD.replace("[entries.stem]", 'also = ["greek"]\n[entries.plain]\nlifted = [""]\n[entries.stem]')
+    made = hand(tmp_path, '"α" = [{ width = 1, pen = "0,1 0,0" }]\n"ι" = "β"', head)
+    assert len(made.glyphs["α"]) == 1 and len(made.glyphs["ω"]) > 1  # its own wins
+    assert [g.letter for g in made.glyphs["ι"]] == ["ι"] * len(made.glyphs["β"])
+    with pytest.raises(InputError, match=r"also = 'runes' is none of .*greek"):
+        hand(tmp_path, "", HEAD.replace("[entries.stem]", 'also = ["runes"]\n[entries.stem]'))
+    with pytest.raises(InputError, match="letter 'a': no forms are drawn of 'b'"):
+        hand(tmp_path, 'a = "b"')
+
+
 def test_cut_and_high_exit_endings(tmp_path):
     made = hand(
         tmp_path,

@@ -22,6 +22,7 @@ SENTENCES = {
     "Czech": "Příliš žluťoučký kůň úpěl ďábelské ódy. ŤĎŇ ŘÍŠE ŮŽAS",
     "Esperanto": "Eĥoŝanĝo ĉiuĵaŭde. ĈĜĤĴŜŬ",
     "Estonian": "Põdur Zagrebi tšellomängija-följetonist Ciqo külmetas kehvas garaažis.",
+    "Greek": "Ξεσκεπάζω την ψυχοφθόρα βδελυγμία. ΑΒΓΔΕΖΗΘΙΚΛΜΝΞΟΠΡΣΤΥΦΧΨΩ ΐ ΰ ϊ ϋ ή ί ό ύ ώ Ά Έ Ϊ ς",
     "Hungarian": "Árvíztűrő tükörfúrógép. ÁRVÍZTŰRŐ TÜKÖRFÚRÓGÉP",
     "Latvian": "Glāžšķūņa rūķīši dzērumā čiepj Baha koncertflīģeļu vākus. ĀČĒĢĪĶĻŅŠŪŽ Ŗ ŗ",
     "Lithuanian": "Įlinkdama fechtuotojo špaga sublykčiojusi pragręžė apvalų arbūzą. ĄČĘĖĮŠŲŪŽ",
