@@ -197,7 +197,7 @@ def _learnt_bytes(of: str, values: Mapping[str, Array]) -> bytes:
 
 def _fingerprint(archive: Archive) -> str:
     """Of all parts of a hand but its pictures."""
-    parts = (name for name in archive.names if not name.startswith((_ENTRIES, _JOURNAL, _LEARNT)))
+    parts = (name for name in archive.list_parts() if not name.startswith((_ENTRIES, _JOURNAL, _LEARNT)))
     return archive.fingerprint([name for name in parts if not name.endswith((".png", ".webp"))])
 
 
