@@ -152,7 +152,8 @@ class Archive:
 
     def list_parts(self) -> set[str]:
         """The parts that are at the top or in one of those folders, without its name."""
-        return {name[len(folder) :] for folder in ("", *self._layers) for name in self._sizes if name.startswith(folder)}
+        folders = ("", *self._layers)
+        return {name[len(folder) :] for folder in folders for name in self._sizes if name.startswith(folder)}
 
     def _resolve_name(self, name: str) -> str:
         return next((folder + name for folder in self._layers if folder + name in self._sizes), name)
