@@ -444,6 +444,10 @@ def draw(
     wanted: frozenset[str] = INK,
 ) -> Drawing:
     """Draw a page as timed strokes or scanned ink (`wanted`: see `TextDocument.draw`), with what outputs keep."""
+    if task.hand.pages is not None:
+        from handout.pipeline.hand_learning import keep_beside
+
+        keep_beside(task.hand.author or task.hand)
     drawing = Drawing((), page.page, {})
     if task.hand.pages is None or task.traced or wanted & STROKES:
         from handout.motion.trace import trace
