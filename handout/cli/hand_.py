@@ -180,9 +180,10 @@ def show(
 @click.argument("name")
 @click.option("--output", "-o", help="A PNG file for the pages with what was found; several pages are numbered.")
 @click.option("--for", "text", help="A text to be written: says how it comes by letters that are missing.")
-@click.option("--doubts", help="A PNG file for the letters that are not sure, each in its word, the worst first.")
+@click.option("--sheet", help="A PNG file for the letters that may read badly, in words that are written with them.")
+@click.option("--questions", type=click.IntRange(1, 200), default=24, show_default=True, help="Rows of that sheet.")
 @options.console
-def check(name: str, output: str | None, text: str | None, doubts: str | None, console: Console) -> None:
+def check(name: str, output: str | None, text: str | None, sheet: str | None, questions: int, console: Console) -> None:
     """Show what the scanned hand NAME (or a .hand file) holds, and what of it is doubtful.
 
     In the picture each letter is named: blue and green where sure, orange where doubtful, red where refused (it is not
@@ -190,12 +191,17 @@ def check(name: str, output: str | None, text: str | None, doubts: str | None, c
     corrections count them. Letters of which few are sure are named: `handout hand prompt --for NAME` makes a sheet of
     exactly those.
 
+    With --sheet words are written in the hand and read; a row of the sheet is a question: does the underlined letter
+    read as the one that is named? Those come first that harm most. `handout hand answer` takes the answers.
+
     \b
-    handout hand check mine.hand -o overlay.png --doubts worst.png --for "Quick zebras jump"
+    handout hand check mine.hand -o overlay.png --for "Quick zebras jump"
+    handout hand check mine.hand --sheet sheet.png
+    handout hand answer mine.hand sheet.json 1 4b 7=o
     """
     from handout.pipeline.kept_hands import check_hand
 
-    result = check_hand(name, output, text, doubts)
+    result = check_hand(name, output, text, sheet, questions)
     if not console.as_json and not console.quiet:
         click.echo(result.table)
     console.report(result, _tell_check(result.told))
@@ -258,6 +264,29 @@ def tag(path: str, port: int | None, no_browser: bool) -> None:
     from handout.cli.studio_ import open_studio
 
     open_studio((path,), f"letters/{Path(path).stem}", port, not no_browser, as_json=False)
+
+
+@command.command("answer")
+@click.argument("name")
+@click.argument("sheet")
+@click.argument("answers", nargs=-1, required=True)
+@click.option("--output", "-o", help="Another .hand file for the result; default: the same.")
+@options.console
+def answer(name: str, sheet: str, answers: tuple[str, ...], output: str | None, console: Console) -> None:
+    """Say which letters of a SHEET of the hand NAME read badly; SHEET is the .json that `handout hand check` wrote.
+
+    7 has none of the letters of row 7 written any more, 7b not the one in its word b, 7b1 not the first letter of that
+    word; 7b=o says that it is an o. `handout hand edit --undo` takes them back.
+
+    \b
+    handout hand check mine.hand --sheet sheet.png
+    handout hand answer mine.hand sheet.json 1 4b 7=o
+    """
+    from handout.pipeline import kept_hands
+
+    with console.working():
+        result = kept_hands.answer_questions(name, sheet, answers, output, listener=console)
+    console.report(result, _tell_edit(result.told))
 
 
 @command.command("edit")

@@ -238,31 +238,11 @@ def lay(picture: Pixels, cell: Pixels, x: int, y: int) -> None:
     under[:] = np.minimum(under, cell[top - y :, left - x :][: under.shape[0], : under.shape[1]])
 
 
-_CELL, _FOOT = (150, 118), 18  # pixels of a glyph in its word, width and height, and of what is written under it
+_CELL = 150, 118  # pixels of a glyph in its word, width and height
 _BASE = 78  # pixels from the upper edge of such a picture to the baseline
 
 
-def doubts_sheet(hand: ScannedHand, columns: int = 8) -> Pixels:
-    """(h, w, 3) uint8: the glyphs that are not sure, each in its word, the least probable first, in rows."""
-    from PIL import Image, ImageDraw, ImageFont
-
-    numbers = doubtful(hand)
-    width, height = _CELL[0], _CELL[1] + _FOOT
-    picture = np.full((height * max(1, -(-len(numbers) // columns)), width * columns, 3), 255, dtype=np.uint8)
-    pages = {page: hand.pages[page].on_paper() for page in {hand.glyphs[number].page for number in numbers}}
-    corners = [(width * (k % columns), height * (k // columns)) for k in range(len(numbers))]
-    for number, (x, y) in zip(numbers, corners, strict=True):
-        picture[y : y + _CELL[1], x : x + width] = _in_its_word(hand, number, pages[hand.glyphs[number].page])
-    image = Image.fromarray(picture)
-    draw, font = ImageDraw.Draw(image), ImageFont.load_default(13.0)
-    for number, (x, y) in zip(numbers, corners, strict=True):
-        glyph, probability = hand.glyphs[number], vet(hand).probability[number]
-        caption = f"{glyph.letter or '?'}  {probability:.0%}  page {glyph.page + 1}, line {glyph.line + 1}"
-        draw.text((x + 4, y + _CELL[1]), caption, fill=_colour(hand, number), font=font)
-    return np.asarray(image)
-
-
-def _in_its_word(hand: ScannedHand, number: int, page: Pixels) -> Pixels:
+def in_its_word(hand: ScannedHand, number: int, page: Pixels) -> Pixels:
     """(h, w, 3): a glyph in the colour of its verdict, what stands around it pale."""
     import cv2
 

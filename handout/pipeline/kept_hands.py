@@ -17,17 +17,16 @@ from handout import atomic, units
 from handout.completion.completed_hand import complete_hand, outlook
 from handout.errors import InputError
 from handout.hand import file, library, report
-from handout.hand.corrections import CorrectionJournal, JournalEntry, read_corrections
+from handout.hand.corrections import AnyCorrection, CorrectionJournal, JournalEntry, KeepOut, read_corrections
 from handout.hand.drawn import Hand
-from handout.hand.learnt import known_values
 from handout.hand.pending import PendingLog
 from handout.pipeline import texts
+from handout.pipeline.hand_learning import learn
 from handout.pipeline.inputs import hand_path, output_path, read_bytes
 from handout.pipeline.options import PictureOptions, SheetOptions, WritingOptions, seed_of
 from handout.pipeline.results import SILENT, Delivery, Facts, Listener, Result, Tally
 from handout.prompting.coverage import lacks
 from handout.sinks import check_outputs, write_drawings
-from handout.values import Array
 from handout.writing.legibility import unclear_letters
 
 if TYPE_CHECKING:
@@ -57,7 +56,11 @@ class CheckedHand(Delivery):
 
 
 def check_hand(
-    name: str, output: str | Path | None = None, text: str | None = None, doubts: str | Path | None = None
+    name: str,
+    output: str | Path | None = None,
+    text: str | None = None,
+    sheet: str | Path | None = None,
+    questions: int = 24,
 ) -> CheckedHand:
     """What a scanned hand holds and what of it is doubtful, with a picture of its pages where one is asked for.
 
@@ -65,9 +68,10 @@ def check_hand(
     ----------
     output : a PNG file; several pages are numbered.
     text : one that is to be written, of which it is told how it comes by letters that are missing.
-    doubts : a PNG file for the letters that are not sure, each in its word, the least probable first.
+    sheet : a PNG file for the letters that may read badly in what is written, the most harmful first, at most so many
+        `questions`; a JSON file beside it says which they are, for `answer_questions`.
     """
-    sheet = None if doubts is None else output_path(doubts, ".png", "the letters that are not sure are shown as")
+    asked = None if sheet is None else output_path(sheet, ".png", "letters that may read badly are shown as")
     path = None if output is None else output_path(output, ".png", "overlays are written as")
     hand = file.load(library.scanned_file(name))
     files: list[Path] = []
@@ -77,10 +81,18 @@ def check_hand(
         files = [path] if count == 1 else numbered
         for number, picture in enumerate(files):
             _write_png(picture, report.overlay(hand, number), hand.pages[number].dpi)
-    if sheet is not None:
-        _write_png(sheet, report.doubts_sheet(hand), _SHEET_DPI)
-        files.append(sheet)
-    told = {**report.facts(hand), "files": [*map(str, files)], "unclear": unclear_letters(hand)}
+    told = {**report.facts(hand), "unclear": unclear_letters(hand)}
+    if asked is not None:
+        from handout.pipeline import letter_questions
+
+        found = letter_questions.ask_letters(hand, questions)
+        kept = letter_questions.question_file(hand, found)
+        _write_png(asked, letter_questions.draw_questions(hand, found), _SHEET_DPI)
+        beside = asked.with_suffix(".json")
+        atomic.write(beside, msgspec.json.format(msgspec.json.encode(kept)))
+        files += [asked, beside]
+        told["questions"] = msgspec.to_builtins(kept.questions)
+    told["files"] = [*map(str, files)]
     if text is not None:
         fields = ("letter", "place", "needed", "here", "anywhere")
         lacking, ways = (lacks(text, hand.instances, least=1), outlook(hand, text)) if text else ((), ())
@@ -161,18 +173,47 @@ def edit_hand(
     InputError
         The hand comes with the program and no `output` is given; corrections that cannot be read or made.
     """
-    from handout.tagging.relearning import correct
-
-    source, path = _edited(name, output)
     if str(corrections).endswith(file.SUFFIX):
         new = file.journal(Path(corrections)).corrections
     else:
         new = read_corrections(read_bytes(corrections), str(corrections))
+    return _make_corrections(name, new, output, learning, listener)
+
+
+def answer_questions(
+    name: str,
+    sheet: str | Path,
+    answers: Sequence[str],
+    output: str | Path | None = None,
+    *,
+    listener: Listener = SILENT,
+) -> Delivery:
+    """Correct a scanned hand by answers to the questions of a sheet, whose JSON file is given.
+
+    Other letters learn from an answer that says what a letter is, not from one that only keeps letters out.
+
+    Raises
+    ------
+    InputError
+        As `edit_hand`; answers that are to none of the questions (`letter_questions.read_answers`).
+    """
+    from handout.pipeline.letter_questions import read_answers
+
+    new = read_answers(read_bytes(sheet), str(sheet), answers)
+    return _make_corrections(name, new, output, not all(isinstance(one, KeepOut) for one in new), listener)
+
+
+def _make_corrections(
+    name: str, new: Sequence[AnyCorrection], output: str | Path | None, learning: bool, listener: Listener
+) -> Delivery:
+    from handout.tagging.relearning import correct
+
+    source, path = _edited(name, output)
     with _held(source, path, listener):
         hand = file.load(source)
         corrected = correct(hand, new, learning=learning, tell=listener.progress)
-        journal = file.record(source, path, hand, corrected.hand, JournalEntry(new, corrected.changes))
-        learn(path)
+        journal = file.record(source, path, hand, corrected.hand, JournalEntry(tuple(new), corrected.changes))
+        learn(path, strokes=False)
     return _edited_hand(path, journal, len(new), len(corrected.hand.glyphs), notes=corrected.notes)
 
 
@@ -182,29 +223,6 @@ def _held(source: Path, path: Path, listener: Listener) -> Iterator[None]:
     first, second = sorted((source.resolve(), path.resolve()))
     with atomic.hold_file(first, listener.say), atomic.hold_file(second, listener.say):
         yield
-
-
-def learn(path: Path) -> Mapping[str, Array]:
-    """Work out what is asked of the hand of a file whenever it is written with, and keep it there; what that is."""
-    with atomic.hold_file(path):
-        hand = file.load(path)
-        if hand.glyphs:
-            file.keep_learnt(path, worked_out(hand))
-    return known_values(hand)
-
-
-def worked_out(hand: ScannedHand) -> Mapping[str, Array]:
-    """What is asked of a hand whenever it is written with: of what it keeps, what is out of date is worked out anew."""
-    from handout.completion.manner import WritingManner
-    from handout.pipeline.rereading import stranger_reader
-    from handout.writing.glyph_index import index_glyphs
-    from handout.writing.word_layout import layout_model
-
-    stranger_reader(hand)
-    index_glyphs(hand)
-    layout_model(hand)
-    WritingManner(hand)
-    return known_values(hand)
 
 
 def _edited(name: str, output: str | Path | None) -> tuple[Path, Path]:
@@ -321,6 +339,7 @@ def remove_hand(name: str) -> KeptHand:
         with atomic.hold_file(own_hands[name]):
             own_hands[name].unlink()
             PendingLog(own_hands[name]).forget()
+            own_hands[name].with_suffix(file.BESIDE).unlink(missing_ok=True)
     except OSError as error:
         raise InputError(f"Cannot delete {own_hands[name]}: {error.strerror or error}.") from error
     return KeptHand(own_hands[name], name)

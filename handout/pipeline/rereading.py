@@ -179,14 +179,19 @@ def _made_words(hand: ScannedHand) -> list[tuple[str, Array]]:
     made = ["".join(hand.glyphs[n].letter for n in word) for word in islice(made_words(hand, rng), _MADE)]
     if not made:
         return []
-    handwriting = ScannedHandwriting(hand, rng, 1.0)
-    chooser = GlyphChooser(handwriting.stock, rng)
-    (chosen,) = choices(paragraphs_of(" ".join(made), handwriting.repertoire), [chooser, chooser])
-    paragraph, words = SetParagraph(handwriting, chooser, list(chosen)), list[tuple[str, Array]]()
+    paragraph, words = write_words(hand, made, rng), list[tuple[str, Array]]()
     for unit in paragraph.units:
         numbers = np.array([glyph.number for glyph in unit.word.glyphs], dtype=np.intp)
         words.append(("".join(unit.word.spelt), picture_of_ink(hand, numbers, paragraph.ink(unit), hand.pitch)))
     return [(text, picture) for text, picture in words if readable(text)]
+
+
+def write_words(hand: ScannedHand, words: Sequence[str], rng: np.random.Generator) -> SetParagraph:
+    """Words of letters that a hand has, one at least, as they are written in it."""
+    handwriting = ScannedHandwriting(hand, rng, 1.0)
+    chooser = GlyphChooser(handwriting.stock, rng)
+    (chosen,) = choices(paragraphs_of(" ".join(words), handwriting.repertoire), [chooser, chooser])
+    return SetParagraph(handwriting, chooser, list(chosen))
 
 
 def _misspelt(reading: PictureReading, text: str, rng: np.random.Generator) -> list[str]:

@@ -1,0 +1,88 @@
+"""What a person is asked of a scanned hand's letters, and what the answers make of it."""
+
+import json
+import re
+from dataclasses import replace
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from PIL import Image
+
+from handout.errors import InputError
+from handout.hand import file
+from handout.hand.corrections import KeepOut, Label
+from handout.pipeline.kept_hands import answer_questions, check_hand
+from handout.pipeline.letter_questions import ask_letters, draw_questions, read_answers
+
+
+def kept_questions():
+    spot = {"page": 0, "at": [10.0, 20.0]}
+    glyphs = [{"letter": letter, **spot, "at": [10.0 * k, 20.0]} for k, letter in enumerate("sea")]
+    word = {"text": "sea", "meant": 1, "glyphs": glyphs}
+    question = {"letter": "e", "wrong": 1.5, "uses": 4, "words": [word, word], "glyphs": [glyphs[1], glyphs[0]]}
+    return json.dumps({"questions": [question, question]}).encode()
+
+
+def test_a_letter_that_is_another_is_asked_about_first(small_hand):
+    wrong = small_hand.numbers_of_letter("e")[:2].tolist()
+    lying = tuple(
+        replace(glyph, letter="n") if number in wrong else glyph for number, glyph in enumerate(small_hand.glyphs)
+    )
+    asked = ask_letters(replace(small_hand, glyphs=lying), 50)
+    assert [question.wrong for question in asked] == sorted((question.wrong for question in asked), reverse=True)
+    named = {number for question in asked for number in question.glyphs}
+    assert len(named) == sum(len(question.glyphs) for question in asked), "a glyph is asked about once"
+    written = [question for question in asked if set(wrong) & set(question.glyphs)]
+    for question in written:  # perhaps none: what reads as another letter is written little
+        assert question.letter == "n" and all(use.word.text[use.index] == "n" for use in question.shown)
+    usual = max((question.wrong / question.uses for question in ask_letters(small_hand, 50)), default=0.0)
+    assert all(question.wrong / question.uses > 0.1 for question in written) and usual < 1
+
+
+def test_a_hand_without_words_is_asked_nothing(small_hand):
+    silent = replace(small_hand, glyphs=())
+    assert ask_letters(silent, 5) == [] and draw_questions(silent, []).shape[2] == 3
+
+
+@pytest.mark.slow
+def test_what_is_answered_is_written_no_more(small_hand_file, tmp_path):
+    path = tmp_path / "mine.hand"
+    path.write_bytes(small_hand_file.read_bytes())
+    told = check_hand(str(path), sheet=tmp_path / "sheet.png", questions=3).told
+    questions = json.loads((tmp_path / "sheet.json").read_text())["questions"]
+    assert questions == json.loads(json.dumps(told["questions"])) and 0 < len(questions) <= 3
+    assert Image.open(tmp_path / "sheet.png").height > 100 * len(questions)
+    first = questions[0]
+    edited = answer_questions(str(path), tmp_path / "sheet.json", ["1"])
+    assert edited.told["made"] == len(first["glyphs"]) and not edited.told["changes"]
+    out = [glyph for glyph in file.load(path).glyphs if glyph.kept_out]
+    assert len(out) == len(first["glyphs"]) and {glyph.letter for glyph in out} == {first["letter"]}
+    again = check_hand(str(path), sheet=tmp_path / "again.png", questions=200).told["questions"]
+    places = [glyph["at"] for question in again for word in question["words"] for glyph in word["glyphs"]]
+    if len(set(map(tuple, places))) > 1 and first["letter"] in file.load(path).letters:
+        assert first["glyphs"][0]["at"] not in places
+
+
+def test_answers_name_rows_words_and_letters():
+    def answered(text):
+        return read_answers(kept_questions(), "sheet.json", [text])
+
+    assert answered("1") == [KeepOut(0, (10.0, 20.0), "e"), KeepOut(0, (0.0, 20.0), "s")]
+    assert answered("2b") == [KeepOut(0, (10.0, 20.0), "e")]
+    assert answered("1a3, 2b=o 1a3") == [KeepOut(0, (20.0, 20.0), "a"), Label(0, (10.0, 20.0), "o")]
+
+
+@settings(max_examples=200, deadline=None)
+@given(st.text(alphabet="0123ab9=x .-", max_size=8))
+def test_answers_that_are_to_nothing_are_refused_in_a_sentence(text):
+    try:
+        assert read_answers(kept_questions(), "sheet.json", [text])
+    except InputError as error:
+        assert re.fullmatch(r"[A-Z][^\n]+\.", str(error))
+
+
+@pytest.mark.parametrize("data", [b"", b"[]", b'{"corrections": []}', b"\xff", b'{"questions": [1]}'])
+def test_a_file_of_something_else_is_refused(data):
+    with pytest.raises(InputError, match="does not hold the questions of a sheet"):
+        read_answers(data, "sheet.json", ["1"])
