@@ -69,9 +69,9 @@ def test_a_displayed_formula_is_a_paragraph_of_its_own():
 
 
 def test_lacking_letters_are_those_of_the_formula_and_not_its_commands():
-    assert lacking(r"$\frac{x}{ж}$", HAND.repertoire) == {"ж": [10]}
-    with pytest.raises(MissingCharacters, match=r"'ж' .line 1, character 11."):
-        written(r"$\frac{x}{ж}$")
+    assert lacking(r"$\frac{x}{ש}$", HAND.repertoire) == {"ש": [10]}
+    with pytest.raises(MissingCharacters, match=r"'ש' .line 1, character 11."):
+        written(r"$\frac{x}{ש}$")
 
 
 def test_a_broken_formula_is_named_with_its_line():
