@@ -152,7 +152,7 @@ def small_hand(small_page):
 def small_hand_file(small_hand, tmp_path_factory):
     """The same as a file, with what is worked out of it once, as `handout hand read` leaves it."""
     from handout.hand import file
-    from handout.pipeline.kept_hands import learn
+    from handout.pipeline.hand_learning import learn
 
     path = tmp_path_factory.mktemp("hand") / "small.hand"
     file.save(small_hand, path)

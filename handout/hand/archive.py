@@ -150,6 +150,11 @@ class Archive:
         """Take from now on every part from the last of these folders that has it, or else from the top."""
         self._layers = tuple(folders)[::-1]
 
+    def list_parts(self) -> set[str]:
+        """The parts that are at the top or in one of those folders, without its name."""
+        folders = ("", *self._layers)
+        return {name[len(folder) :] for folder in folders for name in self._sizes if name.startswith(folder)}
+
     def _resolve_name(self, name: str) -> str:
         return next((folder + name for folder in self._layers if folder + name in self._sizes), name)
 

@@ -193,7 +193,11 @@ def strangeness(hand: ScannedHand) -> Array:
 
 def misread(hand: ScannedHand) -> NDArray[np.bool_]:
     """(n,): glyphs of rare small letters that read as something else to whoever does not know the author."""
-    odd = np.zeros(len(hand.glyphs), dtype=bool)
+    return np.asarray(learnt(hand, "misread", VERSION, len(hand.glyphs), lambda: _read_rare(hand)) > 0)
+
+
+def _read_rare(hand: ScannedHand) -> Array:
+    odd = np.zeros(len(hand.glyphs))
     for letter in hand.letters:
         numbers = hand.numbers_of_letter(letter)
         if not (letter.islower() and reads_alone(letter) and len(numbers) <= SETTINGS.rare):

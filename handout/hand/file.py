@@ -21,6 +21,7 @@ from functools import lru_cache, partial
 from itertools import accumulate, pairwise
 from pathlib import Path
 from typing import Any
+from weakref import WeakKeyDictionary
 
 import msgspec
 import numpy as np
@@ -44,9 +45,10 @@ _MOST_PAPER = 1_000_000  # pixels; what is kept of it has a few thousand
 _SCAN = "scan.webp"  # of a page, in its folder
 _JOURNAL, _ENTRIES, _LEARNT = "corrections.json", "corrections/", "learnt.json"
 _SHIPPED = Path(__file__).resolve().parent / "house"
-_BESIDE = ".learnt"  # suffix of what is kept of a hand that ships: with every version something else, where ink stays
+BESIDE = ".learnt"  # suffix of what is kept of a hand that ships, or was found anew: its own file stays as it is
 _TIGHT, _QUICK = 7, 1  # of packing pictures: how hard, and how hard while somebody waits
 _WAITED = 4  # of packing other parts then: a thirtieth of the time of 9 for a tenth more, measured on a painted page
+_read_from: WeakKeyDictionary[ScannedHand, tuple[Path, str]] = WeakKeyDictionary()  # hand → file, and fingerprint
 _COLUMNS = ("page", "line", "word", "at", "before", "after", "place")
 
 
@@ -161,18 +163,41 @@ def keep_learnt(path: Path, values: Mapping[str, Array]) -> None:
         place = ("", *folders)[-1] + _LEARNT
         again = {name: archive.packed_part(name) for name in archive.names} if place in archive.names else {}
         archive.look_in(folders)
-        found = _Learnt(_fingerprint(archive), {name: value.tolist() for name, value in values.items()})
+        found = _learnt_bytes(_fingerprint(archive), values)
     if path.resolve().parent == _SHIPPED:
-        atomic.write(path.with_suffix(_BESIDE), msgspec.json.encode(found))
-        _of_shipped.cache_clear()
-        return
-    data = pack({**again, place: msgspec.json.encode(found)}, b"" if again else path.read_bytes())
-    atomic.write(path, data)
+        atomic.write(path.with_suffix(BESIDE), found)
+        _read_learnt.cache_clear()
+    else:
+        atomic.write(path, pack({**again, place: found}, b"" if again else path.read_bytes()))
+
+
+def beside(hand: ScannedHand) -> Path | None:
+    """The file for what is worked out of a hand, beside its own; None where it has no file, or ships."""
+    path, _ = _read_from.get(hand, (None, ""))
+    return None if path is None or path.resolve().parent == _SHIPPED else path.with_suffix(BESIDE)
+
+
+def keep_beside(hand: ScannedHand, values: Mapping[str, Array]) -> None:
+    """Keep what was worked out of a hand in the file `beside` it.
+
+    Raises
+    ------
+    InputError
+        The folder cannot be written.
+    """
+    if path := beside(hand):
+        atomic.write(path, _learnt_bytes(_read_from[hand][1], values))
+
+
+def _learnt_bytes(of: str, values: Mapping[str, Array]) -> bytes:
+    # whole numbers without a point, which a third of the file would be
+    numbers = {name: [int(v) if v.is_integer() else v for v in each.tolist()] for name, each in values.items()}
+    return msgspec.json.encode(_Learnt(of, numbers))
 
 
 def _fingerprint(archive: Archive) -> str:
     """Of all parts of a hand but its pictures."""
-    parts = (name for name in archive.names if not name.startswith((_ENTRIES, _JOURNAL, _LEARNT)))
+    parts = (name for name in archive.list_parts() if not name.startswith((_ENTRIES, _JOURNAL, _LEARNT)))
     return archive.fingerprint([name for name in parts if not name.endswith((".png", ".webp"))])
 
 
@@ -337,7 +362,10 @@ def _hand(archive: Archive, path: Path, data: bytes | None) -> ScannedHand:
     except (ValueError, IndexError, OverflowError) as error:
         raise InputError(f"{path} cannot be used: its parts do not fit together ({error}).") from error
     fingerprint = _fingerprint(archive)
-    kept = [_of_shipped(file) for file in sorted(_SHIPPED.glob("*" + _BESIDE))]
+    _read_from[hand] = path, fingerprint
+    own = path.with_suffix(BESIDE)
+    kept = [_read_learnt(own, own.stat().st_mtime_ns)] if own.is_file() else []
+    kept += [_read_learnt(file) for file in sorted(_SHIPPED.glob("*" + BESIDE))]
     kept += [archive.json(_LEARNT, _Learnt)] if _LEARNT in archive else []
     for found in kept:
         if found.of == fingerprint:
@@ -347,9 +375,12 @@ def _hand(archive: Archive, path: Path, data: bytes | None) -> ScannedHand:
 
 
 @lru_cache(maxsize=4)
-def _of_shipped(path: Path) -> _Learnt:
-    """What is kept of a hand that ships, and so of copies of it."""
-    return msgspec.json.decode(path.read_bytes(), type=_Learnt)
+def _read_learnt(path: Path, state: int = 0) -> _Learnt:
+    """What a file beside a hand keeps, of a hand that ships for copies of it too; nothing where it cannot be read."""
+    try:
+        return msgspec.json.decode(path.read_bytes(), type=_Learnt)
+    except (OSError, msgspec.MsgspecError, UnicodeDecodeError):
+        return _Learnt("", {})
 
 
 def _folders(made: int) -> tuple[str, ...]:

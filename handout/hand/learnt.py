@@ -28,17 +28,28 @@ def learnt(
 
     version : of what works it out.
     """
-    known = _known.setdefault(hand, {})
-    key = f"{name} {version}"
-    if key not in known:
-        kept = _kept.get(hand, {}).get(key)
-        known[key] = readonly(work_out() if kept is None or count not in (None, len(kept)) else kept, count)
-    return known[key]
+    found = recall(hand, name, version)
+    if found is None or count not in (None, len(found)):
+        found = _known.setdefault(hand, {})[f"{name} {version}"] = readonly(work_out(), count)
+    return found
+
+
+def recall(hand: ScannedHand, name: str, version: int) -> Array | None:
+    """What is kept of a hand under a name, or was worked out before; None where nothing is."""
+    known, key = _known.setdefault(hand, {}), f"{name} {version}"
+    if key not in known and key in _kept.get(hand, {}):
+        known[key] = readonly(_kept[hand][key], None)
+    return known.get(key)
 
 
 def remember(hand: ScannedHand, values: Mapping[str, Sequence[float] | Array]) -> None:
     """Take what is known of a hand, as `known_values` has it, or as a file keeps it."""
     _kept[hand] = values
+
+
+def is_kept(hand: ScannedHand) -> bool:
+    """Whether all that was asked of a hand so far is kept."""
+    return _known.get(hand, {}).keys() <= _kept.get(hand, {}).keys()
 
 
 def known_values(hand: ScannedHand) -> Mapping[str, Array]:

@@ -10,6 +10,7 @@ Source: own method.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -17,10 +18,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout import hues
+from handout.hand.learnt import learnt
 from handout.hand.letter_classes import FULL_ASCENDERS, NEVER_DESCENDING, X_HEIGHT
 from handout.hand.scanned import NOBODY, ScannedHand
 from handout.values import Array, Indices
 
+VERSION = 1  # of what is kept of a hand; tests/hand/test_house_scanned.py says when to raise it
 JOINED_SHARE = 0.45  # `Joins.share` from which a hand counts as joined; set by eye on joined and printed pages
 _CAPITAL = 1.9  # x-heights: height of a capital where the hand has none to measure
 _TALLEST = (1.3, 4.0)  # x-heights: bounds of an ascender's height
@@ -201,6 +204,12 @@ class InkColours:
 @lru_cache(maxsize=4)
 def ink_colours(hand: ScannedHand) -> InkColours:
     """The inks that the letters of a hand are written in; of a hand without letters, those of all that is drawn."""
+    count, *kept = learnt(hand, "inks", VERSION, None, lambda: _measure_inks(hand)).astype(np.intp).tolist()
+    return InkColours(tuple(f"#{colour:06x}" for colour in kept[:count]), np.array(kept[count:], dtype=np.intp))
+
+
+def _measure_inks(hand: ScannedHand) -> Sequence[int]:
+    """How many inks a hand has, the colour of each as a number 0xrrggbb, and the ink of every glyph."""
     if hand.glyphs:
         pieces = [(glyph.page, glyph.vertices) for glyph in hand.glyphs]
     else:
@@ -217,8 +226,8 @@ def ink_colours(hand: ScannedHand) -> InkColours:
     of = np.zeros(len(pieces), dtype=np.intp)
     for number, members in enumerate(inks):
         of[members] = number
-    usual = [np.rint(255 * np.median(colour[members], axis=0)).astype(int).tolist() for members in inks]
-    return InkColours(tuple("#" + "".join(f"{part:02x}" for part in parts) for parts in usual), of)
+    usual = (np.rint(255 * np.median(colour[members], axis=0)) @ (1 << 16, 1 << 8, 1) for members in inks)
+    return [len(inks), *map(int, usual), *of.tolist()]
 
 
 def _usual(hand: ScannedHand, number: int, pieces: list[Indices]) -> Array:

@@ -13,8 +13,9 @@ from handout.hand import file, library, report, svg_font
 from handout.hand.boundaries import mend_boundaries
 from handout.hand.learnt import remember
 from handout.hand.pending import PendingLog
+from handout.pipeline.hand_learning import learn
 from handout.pipeline.inputs import decode_text, hand_path, read_bytes
-from handout.pipeline.kept_hands import learn, own_place, scan_notes
+from handout.pipeline.kept_hands import own_place, scan_notes
 from handout.pipeline.letter_desk import keep_letters
 from handout.pipeline.options import ReadingOptions
 from handout.pipeline.results import SILENT, Delivery, Fact, Listener

@@ -19,15 +19,14 @@ from handout.errors import InputError
 from handout.hand import file, library, report
 from handout.hand.corrections import AnyCorrection, CorrectionJournal, JournalEntry, KeepOut, read_corrections
 from handout.hand.drawn import Hand
-from handout.hand.learnt import known_values
 from handout.hand.pending import PendingLog
 from handout.pipeline import texts
+from handout.pipeline.hand_learning import learn
 from handout.pipeline.inputs import hand_path, output_path, read_bytes
 from handout.pipeline.options import PictureOptions, SheetOptions, WritingOptions, seed_of
 from handout.pipeline.results import SILENT, Delivery, Facts, Listener, Result, Tally
 from handout.prompting.coverage import lacks
 from handout.sinks import check_outputs, write_drawings
-from handout.values import Array
 from handout.writing.legibility import unclear_letters
 
 if TYPE_CHECKING:
@@ -214,7 +213,7 @@ def _make_corrections(
         hand = file.load(source)
         corrected = correct(hand, new, learning=learning, tell=listener.progress)
         journal = file.record(source, path, hand, corrected.hand, JournalEntry(tuple(new), corrected.changes))
-        learn(path)
+        learn(path, strokes=False)
     return _edited_hand(path, journal, len(new), len(corrected.hand.glyphs), notes=corrected.notes)
 
 
@@ -224,29 +223,6 @@ def _held(source: Path, path: Path, listener: Listener) -> Iterator[None]:
     first, second = sorted((source.resolve(), path.resolve()))
     with atomic.hold_file(first, listener.say), atomic.hold_file(second, listener.say):
         yield
-
-
-def learn(path: Path) -> Mapping[str, Array]:
-    """Work out what is asked of the hand of a file whenever it is written with, and keep it there; what that is."""
-    with atomic.hold_file(path):
-        hand = file.load(path)
-        if hand.glyphs:
-            file.keep_learnt(path, worked_out(hand))
-    return known_values(hand)
-
-
-def worked_out(hand: ScannedHand) -> Mapping[str, Array]:
-    """What is asked of a hand whenever it is written with: of what it keeps, what is out of date is worked out anew."""
-    from handout.completion.manner import WritingManner
-    from handout.pipeline.rereading import stranger_reader
-    from handout.writing.glyph_index import index_glyphs
-    from handout.writing.word_layout import layout_model
-
-    stranger_reader(hand)
-    index_glyphs(hand)
-    layout_model(hand)
-    WritingManner(hand)
-    return known_values(hand)
 
 
 def _edited(name: str, output: str | Path | None) -> tuple[Path, Path]:
@@ -363,6 +339,7 @@ def remove_hand(name: str) -> KeptHand:
         with atomic.hold_file(own_hands[name]):
             own_hands[name].unlink()
             PendingLog(own_hands[name]).forget()
+            own_hands[name].with_suffix(file.BESIDE).unlink(missing_ok=True)
     except OSError as error:
         raise InputError(f"Cannot delete {own_hands[name]}: {error.strerror or error}.") from error
     return KeptHand(own_hands[name], name)

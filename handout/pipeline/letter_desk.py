@@ -31,7 +31,7 @@ from handout.hand.pending import PendingLog
 from handout.hand.places import graphemes, word_at
 from handout.hand.scanned import NOBODY, ScannedGlyph, ScannedHand, ScannedPage
 from handout.hand.vetting import REFUSED, SURE, vet
-from handout.pipeline.kept_hands import learn
+from handout.pipeline.hand_learning import learn
 from handout.pipeline.page_tiles import TILE, Tiles
 from handout.pipeline.results import SILENT, Facts, Listener
 from handout.progress import narrow_reports

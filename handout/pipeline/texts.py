@@ -113,7 +113,7 @@ def prepare(
         replace(picture.look(styled=writing.style is not None), footprint=writing.pose is not None),
     )
     hand = library.find(writing.hand) if isinstance(writing.hand, str) else writing.hand
-    hand, behind = hand.with_haste(writing.haste), tuple[str, ...]()
+    hand, behind = hand.with_language(writing.language).with_haste(writing.haste), tuple[str, ...]()
     if hand.pages is not None and isinstance(writing.hand, str):
         from handout.hand.pending import untaken
 
@@ -444,6 +444,10 @@ def draw(
     wanted: frozenset[str] = INK,
 ) -> Drawing:
     """Draw a page as timed strokes or scanned ink (`wanted`: see `TextDocument.draw`), with what outputs keep."""
+    if task.hand.pages is not None:
+        from handout.pipeline.hand_learning import keep_beside
+
+        keep_beside(task.hand.author or task.hand)
     drawing = Drawing((), page.page, {})
     if task.hand.pages is None or task.traced or wanted & STROKES:
         from handout.motion.trace import trace

@@ -14,10 +14,12 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from handout.hand import measures
+from handout.hand.learnt import learnt, recall
 from handout.hand.scanned import NOBODY, ScannedGlyph, ScannedHand
 from handout.motion.recovery.carried_strokes import carried_cost, carry_strokes
 from handout.motion.recovery.crossbars import WordCrossbars
 from handout.motion.recovery.ink_gaps import Endpoint, endpoints, log_odds, prior_log_odds
+from handout.motion.recovery.kept_strokes import part_by_glyph, strokes_as_numbers, strokes_of_numbers
 from handout.motion.recovery.letter_line import Candidate, LetterLine, LetterStrokes, trace_as_told
 from handout.motion.recovery.letter_tracing import candidates
 from handout.motion.recovery.writer_habits import (
@@ -34,6 +36,7 @@ from handout.writing.forms import Connector, Forms, GlyphLine
 
 _ALONG = 0.6  # of a ligature that lies in a crossbar
 _TOUCHED = 8  # vertices of a body that a crossbar may share where it only ends there
+VERSION = 1  # of what is kept of a hand; tests/hand/test_house_scanned.py says when to raise it
 _JOINING = 0.2  # share of a hand's letters joined to the one before, from which crossbars wait for the end of the word
 
 
@@ -63,10 +66,13 @@ class StrokeOrderModel:
             self._usual.append((radius / page.pitch, density))
         self._crossbars = WordCrossbars(hand, self.forms.paths)
         self._endpoints: dict[int, list[Endpoint]] = {}
-        self._lines: dict[int, tuple[LetterLine, tuple[Indices, ...], list[Candidate]]] = {}
+        self._inked: dict[int, tuple[LetterLine, tuple[Indices, ...]]] = {}
+        self._lines: dict[int, tuple[LetterLine, list[Candidate]]] = {}
         self._instances: dict[int, Instance] = {}
         self._habits: dict[str, tuple[tuple[int, ...], WriterHabit | None]] = {}
         self._strokes: dict[int, LetterStrokes] = {}
+        kept = recall(hand.author or hand, _name(hands), VERSION)
+        self._kept = {} if kept is None else part_by_glyph(kept, hand.own_count)
 
     def heir(self, hand: ScannedHand) -> StrokeOrderModel | None:
         """This model for a hand that differs only in what a person said of strokes; None for any other hand."""
@@ -81,6 +87,7 @@ class StrokeOrderModel:
         other._habits = {letter: habit for letter, habit in self._habits.items() if letter not in said}
         other._instances = {n: one for n, one in self._instances.items() if hand.glyphs[n].letter not in said}
         other._strokes = {n: one for n, one in self._strokes.items() if hand.glyphs[n].letter not in said}
+        other._kept = {n: one for n, one in self._kept.items() if hand.glyphs[n].letter not in said}
         return other
 
     def list_rewritten(self, before: StrokeOrderModel) -> list[int]:
@@ -100,11 +107,16 @@ class StrokeOrderModel:
     def strokes_of(self, number: int) -> tuple[LetterStrokes, tuple[Indices, ...]]:
         """The strokes of a glyph, and which vertices of its line are those of each of its ligatures, anchor left out,
         outwards: entries, then exits."""
-        instance, sections = self._instance(number)
-        strokes = self._strokes.get(number)
-        if strokes is None:
-            strokes = self._strokes[number] = self._choose(number, instance).letter_strokes
-        return strokes, sections
+        line, sections = self._letter_line(number)
+        if number not in self._strokes:
+            kept = strokes_of_numbers(self._kept[number], line.edges, len(line.xy)) if number in self._kept else None
+            self._strokes[number] = kept or self._choose(number, self._instance(number)).letter_strokes
+        return self._strokes[number], sections
+
+    def all_as_numbers(self) -> list[int]:
+        """The strokes of all glyphs, as `kept_strokes` has them."""
+        lines = ((number, self._letter_line(number)[0]) for number in range(len(self.forms)))
+        return [n for number, line in lines for n in strokes_as_numbers(self.strokes_of(number)[0], line.edges)]
 
     def ways_of(self, number: int) -> list[tuple[Indices, bool]]:
         """The strokes of a glyph along the vertices of its page, and of each whether it comes after the word."""
@@ -136,7 +148,7 @@ class StrokeOrderModel:
         letter = self._hand.glyphs[number].letter
         if letter not in self._habits:
             pool = self._pool(letter)
-            self._habits[letter] = pool, learn_habit([self._instance(other)[0] for other in pool])
+            self._habits[letter] = pool, learn_habit([self._instance(other) for other in pool])
         pool, habit = self._habits[letter]
         if habit is None:
             return instance.candidates[0]
@@ -148,10 +160,16 @@ class StrokeOrderModel:
         # those of which a person said how they were written tell most
         return tuple(sorted(numbers, key=lambda number: not self._hand.glyphs[number].ways)[:POOL])
 
-    def _line(self, number: int) -> tuple[LetterLine, tuple[Indices, ...], list[Candidate]]:
-        """A glyph's line, the vertices of its ligatures, and the candidates that its ink and its letter tell of."""
+    def _letter_line(self, number: int) -> tuple[LetterLine, tuple[Indices, ...]]:
+        """A glyph's line as its own ink has it, and the vertices of its ligatures."""
+        if number not in self._inked:
+            self._inked[number] = _letter_line(self.forms[number], self._x_height)
+        return self._inked[number]
+
+    def _line(self, number: int) -> tuple[LetterLine, list[Candidate]]:
+        """A glyph's line with what its neighbours tell, and the candidates that its ink and its letter tell of."""
         if number not in self._lines:
-            line, sections = _letter_line(self.forms[number], self._x_height)
+            line, sections = self._letter_line(number)
             line = self._with_neighbours(number, line, sections)
             glyph = self._hand.glyphs[number]
             if self._hand.pages[glyph.page].moments is not None:
@@ -159,19 +177,19 @@ class StrokeOrderModel:
                 found = [Candidate(recorded.strokes, 0.0, lambda: (recorded.delayed, recorded.bars))]
             else:
                 found = candidates(line, glyph.letter, hands=self._hands, most=CANDIDATES, margin=MARGIN)
-            self._lines[number] = line, sections, found
+            self._lines[number] = line, found
         return self._lines[number]
 
-    def _instance(self, number: int) -> tuple[Instance, tuple[Indices, ...]]:
-        """A glyph with its candidates, and the vertices of its ligatures."""
-        line, sections, found = self._line(number)
+    def _instance(self, number: int) -> Instance:
+        """A glyph with its candidates."""
+        line, found = self._line(number)
         if number not in self._instances:
-            if said := self._on_line(number, self._hand.glyphs[number].ways, line, sections):
+            if said := self._on_line(number, self._hand.glyphs[number].ways, line, self._letter_line(number)[1]):
                 found = [trace_as_told(found, said)]
             else:
                 found = sorted([*found, *self._carry_candidates(number)], key=lambda way: way.cost)
             self._instances[number] = instance_of(found, line, len(self.forms[number].xy), bool(said))
-        return self._instances[number], sections
+        return self._instances[number]
 
     def _carry_candidates(self, number: int) -> list[Candidate]:
         """Carry over the strokes that a person gave for the glyph of this letter whose ink is most alike, if any."""
@@ -185,8 +203,8 @@ class StrokeOrderModel:
         best = min((way for way in told if way is not None), key=lambda way: way.apart, default=None)
         if best is None:
             return []
-        line, sections, found = self._line(number)
-        strokes = self._on_line(number, best.ways, line, sections)
+        line, found = self._line(number)
+        strokes = self._on_line(number, best.ways, line, self._letter_line(number)[1])
         places, others = ([line.xy[way] for way in ways] for ways in (strokes, found[0].strokes))
         more = carried_cost(places, others, best.apart, line.x_height)
         return [replace(trace_as_told(found, strokes), cost=found[0].cost + more)]
@@ -297,6 +315,15 @@ def stroke_order_model(hand: ScannedHand, hands: tuple[str, ...]) -> StrokeOrder
             _MODELS.popitem(last=False)
     _MODELS.move_to_end(key)
     return _MODELS[key]
+
+
+def learn_strokes(hand: ScannedHand, hands: tuple[str, ...]) -> Array:
+    """Find the strokes of all glyphs of a hand, to be kept with it."""
+    return learnt(hand, _name(hands), VERSION, None, lambda: stroke_order_model(hand, hands).all_as_numbers())
+
+
+def _name(hands: tuple[str, ...]) -> str:
+    return f"strokes by {', '.join(hands)}"
 
 
 def _inked_alike(a: ScannedGlyph, b: ScannedGlyph) -> bool:
