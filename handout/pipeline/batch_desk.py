@@ -214,11 +214,11 @@ def try_table(table: Path, letter: str, markdown: bool, plan: BatchPlan, row: in
     return {
         "columns": [{"name": names[header], "header": header} for header in fields.headers if header in names],
         "count": len(rows),
-        "rows": [] if found else [_try_row(merged, each) for each in rows[:_MOST_TRIED]],
+        "rows": [] if found else [_try_row(merged, each, plan.writing.language) for each in rows[:_MOST_TRIED]],
         "notes": list(merged.table.notes),
         "trouble": trouble,
         "no_envelopes": no_envelopes,
-        "tried": _try_row(merged, found) if found else None,
+        "tried": _try_row(merged, found, plan.writing.language) if found else None,
     }
 
 
@@ -231,11 +231,11 @@ def _try_letter(table: Path, plan: BatchPlan, path: Path, envelopes: bool) -> tu
         return None, str(error).replace(f"{table}: ", "").replace(f"{table.parent}/", "")
 
 
-def _try_row(merged: merging.MailMerge, row: TableRow) -> Facts:
+def _try_row(merged: merging.MailMerge, row: TableRow, language: str) -> Facts:
     """A row, why it is to be looked at, and its letter as a text, `filled`, where that can be filled."""
     filled, why = "", [*([row.problem] if row.problem else []), *row.warnings]
     if merged.letter is not None:
-        language = merged.fields.manner(row).language or merged.options.language
+        language = merged.fields.manner(row).language or language
         try:
             filled = f"{merged.head or ''}{merged.letter.fill(merged.fields.values(row), row.cells, language)}"
         except InputError as error:
