@@ -80,6 +80,7 @@ _REFUSED = {
     "code_block": "a block of code (it is indented by four spaces), which is set in type: indent it less",
     "code_inline": "code between backquotes, which is set in type: leave them out, or write \\` for a backquote",
     "html_block": "HTML, which is not written by hand: use Markdown, or write \\< for the sign itself",
+    "image": "a picture stands within words: give it a paragraph of its own",
     "html_inline": "HTML, which is not written by hand: use Markdown, or write \\< for the sign itself",
 }
 _BRACES = re.compile(r"(?<!\\)\{[^{}\n]*\}")
@@ -450,8 +451,6 @@ class _LetterReader:
                     yield from self._inline(node.children, manner)
                 case "html_inline" if node.content.startswith("<!--"):
                     self._drop("the comment is not written")
-                case "image":
-                    raise self._wrong("a picture stands within words: give it a paragraph of its own.")
                 case _:
                     raise self._wrong(f"{_REFUSED.get(node.type, f'{node.type} cannot be written')}.")
             before = node
