@@ -12,7 +12,7 @@ from starlette.responses import FileResponse, Response
 
 from handout import atomic
 from handout.pipeline.options import PictureOptions, PromptOptions, ReadingOptions, SheetOptions, WritingOptions
-from handout.web.calls import Answered, HandCheck, GivenHand, Lacking, MorePages, NewHand, Sheets
+from handout.web.calls import Answered, GivenHand, HandCheck, Lacking, MorePages, NewHand, Sheets
 from handout.web.routes import Way, json_answer
 from handout.web.studio import PICTURES, Studio
 from handout.web.tasks import follow_task
