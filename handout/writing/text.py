@@ -173,6 +173,12 @@ class FormulaLetters(tuple[Letter, ...]):
         piece.parts = tuple(parts)
         return piece
 
+    def split(self) -> Iterator[Piece]:
+        """Each formula, and each word beside one, by itself."""
+        for formula, words in self.parts:
+            letters = sorted((letter for word in words for letter in word), key=lambda letter: letter.at)
+            yield letters if formula is None else FormulaLetters(letters, [formula])
+
     @property
     def words(self) -> Iterator[tuple[Letter, ...]]:
         """What the hand sets as words, in the order of writing."""
