@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from pathlib import Path
 from typing import ClassVar, Literal
@@ -88,6 +88,7 @@ class Hand:
     x_height : usual height of a small letter, mm.
     variation : how much the letters of this hand vary, 1 is usual.
     fading : share of their height that letters lose towards the end of a word, as a hurried hand's do.
+    languages : code of a language → its own forms of some letters.
     """
 
     name: str
@@ -104,6 +105,7 @@ class Hand:
     x_height: float = 2.5
     variation: float = 1.0
     fading: float = 0.0
+    languages: Mapping[str, Mapping[str, tuple[Glyph, ...]]] = field(default_factory=dict)
 
     pages: ClassVar[None] = None
 
@@ -122,6 +124,12 @@ class Hand:
     def x_height_on(self, spacing: float, usual: float) -> float:
         """See `protocol.AnyHand`."""
         return usual * spacing
+
+    def with_language(self, code: str) -> Hand:
+        """See `protocol.AnyHand`."""
+        own = self.languages.get(code.replace("_", "-").partition("-")[0].lower(), {})
+        local = _Forms([*self.glyphs, *own], lambda letter: own[letter] if letter in own else self.glyphs[letter])
+        return replace(self, glyphs=local) if own else self
 
     def with_haste(self, haste: float) -> Hand:
         """See `protocol.AnyHand`."""
@@ -167,6 +175,11 @@ class _Entry(msgspec.Struct, forbid_unknown_fields=True):
 _LettersOfFile = dict[str, list[_Form] | str]
 
 
+class _LettersFile(msgspec.Struct, forbid_unknown_fields=True):
+    letters: _LettersOfFile
+    languages: dict[str, _LettersOfFile] = {}
+
+
 class _DrawnFile(msgspec.Struct, forbid_unknown_fields=True):
     name: str
     title: str
@@ -184,6 +197,7 @@ class _DrawnFile(msgspec.Struct, forbid_unknown_fields=True):
     endings: list[tuple[float, float]] = []
     entries: dict[str, _Entry] = {}
     also: list[str] = []
+    languages: dict[str, _LettersOfFile] = {}
 
 
 def read_drawn_hand(path: Path) -> Hand:
@@ -202,8 +216,8 @@ def read_drawn_hand(path: Path) -> Hand:
     for name in file.also:
         if name not in scripts:
             raise InputError(f"{path}: also = {name!r} is none of {', '.join(scripts)}.")
-        more = load_table(scripts[name], "letters of drawn hands")["letters"]
-        file.letters = msgspec.convert(more, _LettersOfFile) | file.letters
+        more = msgspec.convert(load_table(scripts[name], "letters of drawn hands"), _LettersFile)
+        file.letters, file.languages = more.letters | file.letters, more.languages | file.languages
     for key, (least, greatest) in _BOUNDS.items():
         value = getattr(file, key)
         if value is not None and not least <= value <= greatest:
@@ -218,6 +232,10 @@ def read_drawn_hand(path: Path) -> Hand:
         }
     except (KeyError, ValueError) as error:
         raise InputError(f"{path}: {error}.") from error
+    local = {
+        code: _Forms(forms, partial(_letter, msgspec.structs.replace(file, letters=file.letters | forms)))
+        for code, forms in file.languages.items()
+    }
     return Hand(
         name=file.name,
         title=file.title,
@@ -231,6 +249,7 @@ def read_drawn_hand(path: Path) -> Hand:
         word_space=file.word_space,
         pitch=file.pitch,
         variation=file.variation,
+        languages=local,
     )
 
 

@@ -47,6 +47,9 @@ class AnyHand(Protocol):
     def letters(self) -> Mapping[str, int]: ...
     @property
     def repertoire(self) -> Repertoire: ...
+    def with_language(self, code: str) -> Self:
+        """The hand with the forms that a language has of its own, by its code, sr or bg-BG; a scanned one as it is."""
+
     def with_haste(self, haste: float) -> Self:
         """The hand written with haste: −1 (careful) to 1 (as fast as it goes), 0 as it is.
 

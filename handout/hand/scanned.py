@@ -360,6 +360,10 @@ class ScannedHand:
         least, most = _ON_LINES
         return min(max(self.x_height, least * spacing), most * spacing)
 
+    def with_language(self, code: str) -> ScannedHand:
+        """See `protocol.AnyHand`."""
+        return self
+
     def with_haste(self, haste: float) -> ScannedHand:
         """See `protocol.AnyHand`."""
         if haste:

@@ -309,7 +309,7 @@ class RowPages:
     seed: int = 0
     draws: bool = True
     account: RowAccount = field(default_factory=RowAccount)
-    _tasks: dict[tuple[bool, str, str], WritingTask] = field(default_factory=dict)
+    _tasks: dict[tuple[bool, str, str, str], WritingTask] = field(default_factory=dict)
     _calibrations: dict[str, Calibrate | None] = field(default_factory=dict)
 
     def __getstate__(self) -> dict[str, Any]:
@@ -384,9 +384,10 @@ class RowPages:
 
     def task(self, of_letter: bool, manner: RowManner) -> WritingTask:
         """How a row's letter or envelope is written."""
-        key = of_letter, manner.hand, manner.pen
+        key = of_letter, manner.hand, manner.pen, manner.language
         if key not in self._tasks:
-            options = replace(self.writing, hand=manner.hand or self.writing.hand)
+            language = manner.language or self.writing.language
+            options = replace(self.writing, hand=manner.hand or self.writing.hand, language=language)
             picture = replace(self.picture, pen=manner.pen or self.picture.pen)
             if of_letter:
                 task = prepare(options, self.sheet, picture)
@@ -399,7 +400,7 @@ class RowPages:
     def text(self, row: TableRow, manner: RowManner) -> str:
         """The letter of a row."""
         if self.merge.letter is not None:
-            language = manner.language or self.merge.options.language
+            language = manner.language or self.writing.language
             return self.merge.letter.fill(self.merge.fields.values(row), row.cells, language)
         if not manner.text:
             raise InputError("there is no text for its letter")

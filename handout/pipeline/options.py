@@ -143,6 +143,13 @@ class WritingOptions:
         sent=Annotated[float, Meta(ge=0, le=1)],
         of_strokes=True,
     )
+    language: str = shared(
+        "en",
+        HAND,
+        "Of dates in letters (de, fr, en-GB …), and of letters that it writes its own way (bg, sr).",
+        sent=Annotated[str, Meta(pattern=r"^[A-Za-z_-]{1,20}(?!\n)$")],
+        of_strokes=True,
+    )
     fit: bool = shared(False, PAGE, "Shrink what does not fit instead of refusing it.", sent=bool, of_strokes=True)
     fallback: bool = shared(
         False,
@@ -458,12 +465,6 @@ class MergeOptions:
     envelope: str = shared("DL", ENVELOPES, "The size of these envelopes.", sent=PageName)
     margin: str | None = option(None, PAGE, f"Of letters: {_SIDES}", sent=Lengths | None)
     pages: int | None = option(None, PAGE, "How many pages a letter may have.", kind=int, least=1, sent=Number | None)
-    language: str = shared(
-        "en",
-        TABLE,
-        "Of dates in letters: de, fr, en-GB …",
-        sent=Annotated[str, Meta(pattern=r"^[A-Za-z_-]{1,20}(?!\n)$")],
-    )
     return_address: str = shared(
         "", ENVELOPES, "The sender on envelopes: a text, or its file.", sent=Annotated[str, Meta(max_length=500)]
     )

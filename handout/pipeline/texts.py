@@ -113,13 +113,12 @@ def prepare(
         replace(picture.look(styled=writing.style is not None), footprint=writing.pose is not None),
     )
     hand = library.find(writing.hand) if isinstance(writing.hand, str) else writing.hand
-    hand, behind = hand.with_haste(writing.haste), tuple[str, ...]()
+    hand, behind = hand.with_language(writing.language).with_haste(writing.haste), tuple[str, ...]()
     if hand.pages is not None and isinstance(writing.hand, str):
         from handout.hand.pending import untaken
 
         behind = untaken(writing.hand)
-    if writing.legible:
-        hand, behind = _wish_legible(hand, writing.legible, behind)
+    hand, behind = _wish_legible(hand, writing.legible, behind)
     paper = page(name)
     layout = Layout(
         page=paper,
@@ -164,6 +163,8 @@ def _wish_legible(
     hand: Hand | ScannedHand, wish: float, notes: tuple[str, ...]
 ) -> tuple[Hand | ScannedHand, tuple[str, ...]]:
     """The hand, written as legibly as is wished, and notes; a drawn hand stays as it is, which is said."""
+    if not wish:
+        return hand, notes
     if hand.pages is None:
         return hand, (*notes, f"--legible: {hand.name} is a drawn hand, as legible as it was drawn.")
     from handout.writing.legibility import prefer_legible

@@ -129,6 +129,6 @@ def test_the_program_that_makes_pages_stops_when_nobody_plots(call, monkeypatch)
 
 
 def test_what_cannot_be_written_is_found_before_there_is_a_job(call):
-    assert "no form for 'ж'" in call("plot", "--port", "sim:", TEXT * 20 + "ж", *SMALL, "house-print", code=2)[1]
+    assert "no form for 'ժ'" in call("plot", "--port", "sim:", TEXT * 20 + "ժ", *SMALL, "house-print", code=2)[1]
     assert "lines" in call("plot", "--port", "sim:", TEXT * 3, *SMALL, "house-print", "--pages", 2, code=2)[1]
     assert call("plot", "jobs")[1] == "No plot is kept.\n"

@@ -67,10 +67,10 @@ def test_words_that_read_as_others_are_framed_where_they_lie(page):
 
 
 def test_refusals_stand_where_the_text_is(page):
-    page.get_by_label("Text", exact=True).fill("Жук " * 4000)
+    page.get_by_label("Text", exact=True).fill("Ժուկ " * 4000)
     page.get_by_text("More", exact=True).click()
     page.get_by_label("Lend letters that the hand lacks").uncheck()
-    page.locator("form .bad", has_text="Ж").wait_for()
+    page.locator("form .bad", has_text="Ժ").wait_for()
     watch = page.get_by_role("button", name="Watch it written")
     watch.evaluate(NOTED)
     said = watch.get_attribute("data-said")

@@ -4,7 +4,9 @@ import unicodedata
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 
+from handout.cli import cli
 from handout.errors import MissingCharacters
 from handout.hand.diacritics import DOTLESS, compose_grapheme, decompose_grapheme
 from handout.hand.library import load
@@ -17,6 +19,8 @@ from handout.writing.text import LEFT_OUT, borrow, list_borrowed, normalise, spe
 
 HANDS = ("house-joined", "house-quick", "house-print")
 SENTENCES = {
+    "Belarusian": "Ў Іўі худы жвавы чорт у зялёнай камізэльцы пабег пад’есці фаршу з юшкай. ЭЁЫЦЩ",
+    "Bulgarian": "Ах, чудна българска земьо, полюшвай цъфтящи жита! ЩЪЮЯ ЖЗЙ ѝ",
     "Catalan": "Jove xef, porti whisky amb quinze glaçons d’hidrogen, coi! Col·leció de l'àvia, al·lot, paraŀlel.",
     "Croatian": "Gojazni đačić s biciklom drži hmelj i finu vatu u džepu nošnje. ĐURĐA ŽIVI U ČAKOVCU. ǆ ǉ ǌ",
     "Czech": "Příliš žluťoučký kůň úpěl ďábelské ódy. ŤĎŇ ŘÍŠE ŮŽAS",
@@ -29,9 +33,12 @@ SENTENCES = {
     "Maltese": "Għajnuna għall-ħobż taż-żwieġ: il-ġenituri ċempluli. ĊĠĦŻ",
     "Polish": "Pchnąć w tę łódź jeża lub ośm skrzyń fig. ZAŻÓŁĆ GĘŚLĄ JAŹŃ",
     "Romanian": "Muzicologă în bej vând whisky și tequila, preț fix. ȘȚĂÂÎ ŞŢ şţ",
+    "Russian": "Съешь же ещё этих мягких французских булок, да выпей чаю. ЁЙЪЫЬЭЮЯЩЖ а́ ы́",
     "Sami": "Vuol Ruoŧa geđggiid leat máŋga luosa ja čuovžža. Ŋ Ŧ Đ",
+    "Serbian": "Фијуче ветар у шибљу, леди пасаже и куће иза њих и гунђа у оџацима. ЂЉЊЋЏ",
     "Slovak": "Kŕdeľ ďatľov učí koňa žrať kôru. Ľubica, vŕba, ĺ Ĺ Ŕ ť",
     "Turkish": "Pijamalı hasta yağız şoföre çabucak güvendi. İSTANBUL IŞIK ĞÜÖÇ",
+    "Ukrainian": "Щурячий бугай із їжаком-харцизом в’ючись підписали ґешефт у єнах. ЄЇҐЩ",
     "Welsh": "Parciais fy jac codi baw hud llawn dŵr ger tŷ Mabon. ŴŶ ŵŷ",
 }
 EXTENDED_A = "".join(map(chr, range(0x100, 0x180)))
@@ -47,6 +54,33 @@ def test_every_sentence_is_written_without_borrowed_forms(name):
             written = normalise(unicodedata.normalize(form, text))
             assert list(spell(written, known)), language
             assert list_borrowed(written, known) == [], language
+
+
+@pytest.mark.parametrize("name", HANDS)
+def test_a_language_writes_letters_its_own_way(name):
+    hand = load(name)
+    serbian = hand.with_language("sr-Cyrl-RS")
+    assert hand.with_language("ru") is hand and len(serbian.glyphs) == len(hand.glyphs)
+    for letter in "бгпт":
+        ours, theirs = (each.glyphs[letter][0] for each in (hand, serbian))
+        assert ours.letter == theirs.letter == letter
+        assert not np.array_equal(np.vstack(ours.strokes), np.vstack(theirs.strokes)), letter
+    assert serbian.glyphs["ж"] is hand.glyphs["ж"]
+
+
+def test_a_row_is_written_as_its_language_does(tmp_path):
+    for language in ("sr", "ru"):
+        text = ["--hand", "house-print", "--seed", "1", "--language", language, "-o", str(tmp_path / f"{language}.svg")]
+        assert CliRunner().invoke(cli, ["write", "Топот тихо", *text]).exit_code == 0
+    assert (tmp_path / "sr.svg").read_bytes() != (tmp_path / "ru.svg").read_bytes()
+
+
+def test_what_looks_like_a_letter_is_written_with_it_whoever_writes():
+    latin = Repertoire("latin", frozenset("abcehkopuxyABT"), frozenset({"\u0301"}))
+    assert [letter.base for letter in spell("ВТАаеосрхυό".replace("υ", ""), latin)] == list("BTAaeocpxo")
+    with pytest.raises(MissingCharacters, match="ἄ"):
+        spell("ἄ", load("house-print").repertoire)
+    assert [letter.base for letter in spell("ἄ", load("house-print").repertoire, fallback=True)] == ["α"]
 
 
 @pytest.mark.slow

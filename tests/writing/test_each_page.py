@@ -67,5 +67,5 @@ def test_a_page_goes_on_with_a_generator_of_its_own():
 
 
 def test_what_a_hand_lacks_is_found_before_the_first_page():
-    with pytest.raises(MissingCharacters, match=r"'ж' \(line 4, character 409\)"):
-        sheets(MANY + "ж")
+    with pytest.raises(MissingCharacters, match=r"'ժ' \(line 4, character 409\)"):
+        sheets(MANY + "ժ")

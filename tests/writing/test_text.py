@@ -39,10 +39,10 @@ def test_every_newline_is_one(newline):
 
 def test_all_missing_characters_are_listed_with_their_places():
     with pytest.raises(MissingCharacters) as caught:
-        spell(normalise("abc ж\nд and ж"), HAND)
+        spell(normalise("abc ժ\nդ and ժ"), HAND)
     message = str(caught.value)
-    assert "'ж' (line 1, character 5; line 2, character 7)" in message
-    assert "'д' (line 2, character 1)" in message
+    assert "'ժ' (line 1, character 5; line 2, character 7)" in message
+    assert "'դ' (line 2, character 1)" in message
     assert "--fallback" in message
 
 
