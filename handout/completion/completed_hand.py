@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from handout.errors import InputError
-from handout.hand.places import graphemes
-from handout.writing.text import Borrowed, borrow, lacking, list_borrowed, normalise, spell
+from handout.writing.text import Borrowed, borrow, lacking, list_borrowed, normalise, spell, written_units
 
 if TYPE_CHECKING:  # most texts lack nothing, and what makes letters takes longer to load than writing a sentence
     from handout.completion.letters import LetterMaker, Supply
@@ -77,7 +76,7 @@ def _doubted_letters(hand: ScannedHand, text: str) -> dict[str, list[int]]:
     from handout.writing.glyph_index import better_lent
 
     places: dict[str, list[int]] = {}
-    for at, letter in enumerate(graphemes(text)):
+    for at, letter in enumerate(written_units(text)[0]):
         if letter in hand.letters:
             places.setdefault(letter, []).append(at)
     return {letter: at for letter, at in places.items() if better_lent(hand, letter)}

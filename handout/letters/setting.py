@@ -19,7 +19,7 @@ from handout.letters.rows import FlowPage, LetterSetting, Mark, Pasted, Segment,
 from handout.letters.runs import LetterWord
 from handout.values import Array, Glyph, Line, Manuscript, Placed
 from handout.writing.layout import LineGeometry, line_geometries, on_rules
-from handout.writing.pages import SMALLEST_FIT, ToPage, extent, on_page
+from handout.writing.pages import SMALLEST_FIT, ToPage, extent, on_page, place_words
 from handout.writing.slips import StrikeThrough
 
 
@@ -189,7 +189,7 @@ class _Placing:
             words = [segment.words[i].written for i in own]
             writer = self._setting.writers[voice.hand]
             size = scale * segment.words[own[0]].scale
-            glyphs = writer.handwriting.place(words, [starts[i] for i in own], size, to_page)
+            glyphs = place_words(writer.handwriting, words, [starts[i] for i in own], size, to_page)
             placed += [(voice, replace(glyph, word=numbers[own[glyph.word]])) for glyph in glyphs]
         for i, word in enumerate(segment.words):
             if word.intended is not None:

@@ -41,12 +41,14 @@ from handout.pipeline.results import SILENT, Facts, Listener
 from handout.plotting.jobs.store import free_name
 from handout.printing import journal, printers
 from handout.printing.journal import JournalRun, Piece
+from handout.printing.rows import TableRow
 
 _PLAN, _PROOF, _FACTS, _APPROVED, _PDF = "batch.json", "proof.pdf", "proof-facts.json", "approved", "batch.pdf"
 # a text as a letter that has no gaps
 _ONCE = "{% raw %}", "{% endraw %}{{ '{%' }}{% raw %}", "{% endraw %}"
 _SHOWN = 3  # cells of a row by which it is known on the page
 _MOST_ROWS = 2000  # that are shown; all are made
+_MOST_TRIED = 500  # that are tried while the letter is written; the proof tries all
 _MOST_TABLE = 20 << 20  # bytes; a hundred thousand addresses have about ten million
 
 
@@ -96,6 +98,11 @@ class _Batch:
         approved = proofed if (self.folder / _APPROVED).is_file() else None
         given = frozenset[str]()
         return replace(self.plan.merge, letter=letter, approved=approved, alone=True, given=given)
+
+    @property
+    def left_out(self) -> frozenset[int]:
+        """The rows that whoever approved it left out."""
+        return frozenset(_facts(self.folder / _APPROVED).get("left_out", ()))
 
     def read_table(self, listener: Listener = SILENT) -> merging.MailMerge:
         """Its table and letter."""
@@ -175,6 +182,72 @@ def keep_batch(
     return show_batch(name)
 
 
+def try_table(table: Path, letter: str, markdown: bool, plan: BatchPlan, row: int | None = None) -> Facts:
+    """A table before it is kept: its columns as a letter calls them, what is odd of its rows, the letter of one.
+
+    Returns
+    -------
+    columns : `name`, which stands in gaps, and `header`; rows : `row`, `called`, `why` it is to be looked at, and
+        `filled`, its letter.
+    trouble : why the letter does not fit the table; no_envelopes : why no envelopes can be addressed.
+    tried : the `row` that is asked for by its number in the file, in place of all.
+
+    Raises
+    ------
+    InputError
+        The table cannot be read.
+    """
+    with tempfile.TemporaryDirectory() as work:
+        path = Path(work) / f"letter.{'md' if markdown else 'txt'}"
+        path.write_text("-", encoding="utf-8")
+        plain, wrong = _try_letter(table, plan, path, False)
+        if plain is None:
+            raise InputError(wrong)
+        _, no_envelopes = _try_letter(table, plan, path, True)
+        path.write_text(letter, encoding="utf-8")
+        envelopes = plan.merge.with_envelopes and not no_envelopes
+        merged, trouble = _try_letter(table, plan, path, envelopes) if letter.strip() else (None, "")
+    merged, fields = merged or plain, plain.fields
+    names = {header: name for name, header in reversed([*fields.headers_by_name.items()])}
+    rows = list(merged.table)
+    found = next((each for each in rows if each.number == row), None)
+    return {
+        "columns": [{"name": names[header], "header": header} for header in fields.headers if header in names],
+        "count": len(rows),
+        "rows": [] if found else [_try_row(merged, each, plan.writing.language) for each in rows[:_MOST_TRIED]],
+        "notes": list(merged.table.notes),
+        "trouble": trouble,
+        "no_envelopes": no_envelopes,
+        "tried": _try_row(merged, found, plan.writing.language) if found else None,
+    }
+
+
+def _try_letter(table: Path, plan: BatchPlan, path: Path, envelopes: bool) -> tuple[merging.MailMerge | None, str]:
+    """A table with a letter, or why they do not fit."""
+    options = replace(plan.merge, letter=path, alone=True, given=frozenset[str](), with_envelopes=envelopes)
+    try:
+        return merging.read_merge(table, plan.table, options, SILENT), ""
+    except InputError as error:
+        return None, str(error).replace(f"{table}: ", "").replace(f"{table.parent}/", "")
+
+
+def _try_row(merged: merging.MailMerge, row: TableRow, language: str) -> Facts:
+    """A row, why it is to be looked at, and its letter as a text, `filled`, where that can be filled."""
+    filled, why = "", [*([row.problem] if row.problem else []), *row.warnings]
+    if merged.letter is not None:
+        language = merged.fields.manner(row).language or language
+        try:
+            filled = f"{merged.head or ''}{merged.letter.fill(merged.fields.values(row), row.cells, language)}"
+        except InputError as error:
+            why.append(str(error))
+    return {"row": row.number, "called": _called(row), "why": why, "filled": filled}
+
+
+def _called(row: TableRow) -> str:
+    """By what a row is known on the page."""
+    return ", ".join([cell for cell in row.cells.values() if cell][:_SHOWN])
+
+
 def _batch(path: Path) -> _Batch:
     data = msgspec.json.decode((path / _PLAN).read_bytes())
     begun = data.pop("begun")
@@ -208,16 +281,20 @@ def batches(*, listener: Listener = SILENT) -> Facts:
 def show_batch(name: str) -> Facts:
     """A batch with its rows: what each is called, what is wrong with it, what became of it, what its proof says."""
     batch = _find(name)
-    merged, run, plan = batch.read_table(), batch.journal_run, batch.plan
+    merged, run, plan, state = batch.read_table(), batch.journal_run, batch.plan, batch.state
     proofed = _facts(batch.folder / _FACTS)
     looked = {entry["row"]: entry["why"] for entry in proofed.get("look_at", ())}
     failed = {entry["row"]: [entry["reason"]] for entry in proofed.get("failed", ())}
     rows = [
         {
             "row": row.number,
-            "called": ", ".join([cell for cell in row.cells.values() if cell][:_SHOWN]),
+            "called": _called(row),
             "why": [row.problem] if row.problem else failed.get(row.number, looked.get(row.number, [])),
-            "state": "cannot be made" if row.problem or row.number in failed else _state(row.number, run),
+            "state": "cannot be made"
+            if row.problem or row.number in failed
+            else "left out"
+            if row.number in batch.left_out
+            else ("done" if run is None and state == "done" else _state(row.number, run)),
         }
         for row in list(merged.table)[:_MOST_ROWS]
     ]
@@ -229,13 +306,14 @@ def show_batch(name: str) -> Facts:
         "printer": plan.printer,
         "queues": list(plan.queues),
         "device": plan.device,
-        "state": batch.state,
+        "state": state,
         "ended": "" if run is None else run.ended,
         "seed": plan.writing.seed,
         "letters": merged.with_letters,
         "envelopes": merged.with_envelopes,
         "count": len(merged.table.rows),
         "rows": rows,
+        "left_out": sorted(batch.left_out),
         "proof": proofed,
         "file": (batch.folder / _PDF).is_file(),
     }
@@ -284,8 +362,11 @@ def prove_batch(name: str, *, listener: Listener = SILENT) -> Facts:
     return show_batch(name)
 
 
-def approve_batch(name: str, made: str = "") -> Facts:
-    """Approve the proof of a batch, if named the one that was `made` then: what is made is what was looked at."""
+def approve_batch(name: str, made: str = "", left_out: Sequence[int] = ()) -> Facts:
+    """Approve the proof of a batch, if named the one that was `made` then: what is made is what was looked at.
+
+    left_out : rows, by their numbers in the file, that are not to be made.
+    """
     batch = _find(name)
     if not (batch.folder / _FACTS).is_file():
         raise InputError(f"The batch {name} has no proof yet: make one, and look at it.")
@@ -293,7 +374,10 @@ def approve_batch(name: str, made: str = "") -> Facts:
         raise InputError("The proof was made anew elsewhere: look at that one first.")
     if not _facts(batch.folder / _FACTS).get("rows"):
         raise InputError(f"No row of the batch {name} can be made: put its table right, and keep it anew.")
-    atomic.write(batch.folder / _APPROVED, b"")
+    approved = json.dumps({"left_out": sorted(set(left_out))}).encode()
+    if not set(_proofed_rows(batch)) - set(left_out):
+        raise InputError("Every row is left out: there is nothing to make.")
+    atomic.write(batch.folder / _APPROVED, approved)
     return show_batch(name)
 
 
@@ -334,17 +418,25 @@ def _make(batch: _Batch, name: str, ports: Sequence[str], at_zero: bool, listene
 
 
 def _rows(batch: _Batch) -> str:
-    """The rows that are made: those of its plan, without those that its proof says cannot be."""
+    """The rows that are made: those of its plan, without those that its proof says cannot be, or that were left out."""
     chosen = batch.plan.table.rows
-    if not _facts(batch.folder / _FACTS).get("failed"):
+    if not _facts(batch.folder / _FACTS).get("failed") and not batch.left_out:
         return chosen
     good = list[list[int]]()
-    for row in _facts((batch.folder / _PROOF).with_suffix(".json"))["rows"]:
+    for row in _proofed_rows(batch):
+        if row in batch.left_out:
+            continue
         if good and row == good[-1][1] + 1:
             good[-1][1] = row
         else:
             good.append([row, row])
     return ",".join(f"{first}-{last}" for first, last in good)
+
+
+def _proofed_rows(batch: _Batch) -> list[int]:
+    """The rows that its proof says can be made."""
+    rows: list[int] = _facts((batch.folder / _PROOF).with_suffix(".json")).get("rows", [])
+    return rows
 
 
 def _print_or_plot(

@@ -595,6 +595,12 @@ class PromptOptions:
     corpus_file: str | None = option(
         None, OWN, "A file of text to take the sentences from; default: the program's own.", flags=("--corpus",)
     )
+    language: str = option(
+        "en",
+        OWN,
+        "Of the sentences: en, be, bg, el, ru, sr or uk; other than en, its letters take the place of ASCII's.",
+        sent=Literal["en", "be", "bg", "el", "ru", "sr", "uk"],
+    )
     page: str = option("A4", OWN, "A4 or letter.", sent=Literal["A4", "letter"])
     ruling: Length = option("10mm", OWN, "Distance of the lines, 6mm to 20mm.", sent=SentLength)
     letter_width: Length | None = option(

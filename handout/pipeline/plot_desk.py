@@ -19,7 +19,7 @@ import numpy as np
 from handout import profiles
 from handout.errors import DeviceError, HandoutError, InputError
 from handout.pipeline import pen_setup, plotting
-from handout.pipeline.devices import list_devices, serial_devices
+from handout.pipeline.devices import list_devices, probe, serial_devices
 from handout.pipeline.inputs import sent_source
 from handout.pipeline.plot_jobs import find_job, list_jobs, outlook, state_of
 from handout.pipeline.plot_request import AttendanceOptions, PlotRequest
@@ -153,17 +153,23 @@ class AtPage(Attendant):
         """The page hears it, too."""
         if (word := self._word()) in _STOPS:
             raise KeyboardInterrupt(_STOPS[word])
+        if word == "pause":
+            self._ask("It waits: nothing more is begun until you continue.")
         self._wire.progress(share, stage)
 
 
 def machines() -> Facts:
-    """What can be chosen: ports, plotters with their beds, print queues and printers."""
-    listed = list_devices()
+    """What can be chosen: ports, plotters with their beds, print queues and printers.
+
+    Ports of USB come first, then the simulated plotter: the first is where a page begins.
+    """
+    listed, ports = list_devices(), serial_devices()
     plotters = [(device, profiles.find(device.name, "plotter")) for device in listed if device.kind == "plotter"]
     return {
         "ports": [
-            *({"name": port.name, "title": port.title} for port in serial_devices()),
+            *({"name": port.name, "title": port.title} for port in ports if port.usb),
             *({"name": name, "title": title} for name, title in SIMULATED.items()),
+            *({"name": port.name, "title": port.title} for port in ports if not port.usb),
         ],
         "plotters": [
             {
@@ -178,6 +184,18 @@ def machines() -> Facts:
         "queues": list(queues()),
         "printers": [{"name": device.name, "title": device.title} for device in listed if device.kind == "printer"],
     }
+
+
+def who_answers(port: str) -> Facts:
+    """The machine that answers at a port, as `devices.probe` tells it; nothing moves.
+
+    Raises
+    ------
+    InputError, DeviceSilent
+        There is no such port; nobody answers.
+    """
+    known_port(port)
+    return dict(probe(port))
 
 
 def move_pen(

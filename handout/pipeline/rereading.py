@@ -250,7 +250,7 @@ class Rereader:
         self._doubt = wrong / max(float(wrong.mean()), 1e-6) * self.settings.wrong / usual_length
 
     def __call__(self, paragraph: SetParagraph, again: Sequence[int] | None = None) -> None:
-        """Read a paragraph; what is struck out is not read.
+        """Read a paragraph; what is struck out, and what is of a formula, is not read.
 
         again : of one that was read, the words that are others since: they are read, and left as they are.
         """
@@ -259,7 +259,7 @@ class Rereader:
             new = {word.at: word for word in read}
             self.words = [new.get(word.at, word) for word in self.words]
             return
-        places = [k for k, unit in enumerate(paragraph.units) if unit.intended is None]
+        places = [k for k, each in enumerate(paragraph.choices) if each.intended is None and each.formula is None]
         read = self._read(paragraph, [paragraph.units[k] for k in places])
         self.words += [self._mended(paragraph, k, word) for k, word in zip(places, read, strict=True)]
 

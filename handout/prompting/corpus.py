@@ -14,7 +14,7 @@ from handout import encodings
 from handout.errors import InputError
 
 PRINTABLE = string.ascii_letters + string.digits + string.punctuation
-_SHIPPED = Path(__file__).resolve().parent / "corpus.txt"
+_FOLDER = Path(__file__).resolve().parent
 _MOST = 20_000_000  # bytes
 _LONGEST = 40  # words; more is surely not one sentence, and no fun to copy
 
@@ -92,9 +92,19 @@ def _split_sentences(paragraph: str) -> Iterator[str]:
 
 
 @cache
-def shipped_sentences() -> tuple[str, ...]:
-    """The sentences that come with the program, one a line of its file."""
-    return tuple(_SHIPPED.read_text(encoding="utf-8").splitlines())
+def shipped_sentences(language: str = "en") -> tuple[str, ...]:
+    """The sentences in a language that come with the program, one a line of its file.
+
+    Raises
+    ------
+    InputError
+        There are none in that language.
+    """
+    code = language.replace("_", "-").partition("-")[0].lower()
+    known = {path.stem.partition("-")[2] or "en": path for path in sorted(_FOLDER.glob("corpus*.txt"))}
+    if code not in known:
+        raise InputError(f"language: no sentences in {language!r} come with the program, only in {', '.join(known)}.")
+    return tuple(known[code].read_text(encoding="utf-8").splitlines())
 
 
 def read_text(path: Path) -> str:

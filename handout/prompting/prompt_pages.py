@@ -67,6 +67,7 @@ def prompt(
     lines: int = 23,
     width: int = 51,
     score: Score = "gain",
+    language: str = "en",
 ) -> Prompt:
     """Choose sentences for some pages of a number of lines.
 
@@ -83,6 +84,8 @@ def prompt(
         At most so many pages of so many lines of so many characters.
     score : {"gain", "haines-2016"}
         How sentences are weighed.
+    language : str
+        Of the sentences that hold the last characters.
 
     Raises
     ------
@@ -105,7 +108,7 @@ def prompt(
         shipped = corpus.usable(corpus.shipped_sentences(), allowed)
         added = [shipped[i] for i in pangrams(shipped)]
         pool, first = pool + added, set(range(len(pool), len(pool) + len(added)))
-    closing = Closing(corpus.usable(corpus.shipped_sentences(), allowed))
+    closing = Closing(corpus.usable(corpus.shipped_sentences(language), allowed))
     chooser, blank = SentenceChooser(pool, target, score), [_FilledPage(lines, width) for _ in range(pages)]
     return _fill_pages(chooser, first, set(required), closing, blank)
 

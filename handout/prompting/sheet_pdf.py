@@ -2,14 +2,14 @@
 
 What is printed where the author writes is of one pale orange whose red is that of white paper: the red channel of
 a scan does not show it, under blue, black and green ink alike.  The typeface is the PDF library's, with accents set
-over the letters that it lacks.
+over the letters that it lacks; a line with letters that it has no base for is written, in strokes.
 """
 
 from __future__ import annotations
 
 import io
 import unicodedata
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Sequence
 from functools import cache
 from typing import Any
 
@@ -25,8 +25,10 @@ from handout.prompting import sheet_codes
 from handout.prompting.prompt_pages import Prompt
 from handout.prompting.sheet_codes import PageRecord
 from handout.prompting.sheet_layout import MARK_SIZE, SheetLayout, mark_cells, mark_corners, mark_number
-from handout.values import Page
+from handout.values import Array, Page
 
+# a line of text → its strokes (n, 2), y up from the baseline, for type of size 1
+Write = Callable[[str], Sequence[Array]]
 REGULAR, BOLD = "Vera", "VeraBd"
 # combining mark → the mark that stands for itself, and whether it hangs below
 _ACCENTS = {
@@ -41,6 +43,7 @@ _BLACK = (0.0, 0.0, 0.0)
 _UNDER = (0.25, 0.25, 0.25)  # lines that have to be seen through a sheet
 _MM = 72 / 25.4
 _RULE_WIDTH, _UNDER_WIDTH = 0.25, 0.6  # mm
+_STROKE = 0.06  # width of written lines, for type of size 1
 _SIZE = 0.24  # of printed words, a pitch
 _LABEL_SIZE = 7.0  # points
 
@@ -114,8 +117,43 @@ def text_width(text: str, font: str, size: float) -> float:
     return float(pdfmetrics.stringWidth(shown, font, size))
 
 
-def to_pdf(prompt: Prompt, layout: SheetLayout) -> bytes:
+def _is_typed(text: str) -> bool:
+    """Whether the typeface has every letter of a text."""
+    return all(char.isspace() or _parts(char) is not None for char in text)
+
+
+def _draw_line(canvas: Any, x: float, y: float, line: str, font: str, size: float, write: Write | None) -> None:
+    """A line of words in the colour that is set, typed or written."""
+    if write is None or _is_typed(line):
+        draw_text(canvas, x, y, line, font, size)
+        return
+    canvas.saveState()
+    canvas.translate(x, y)
+    canvas.scale(size, size)
+    canvas.setStrokeColor(canvas._fillColorObj)
+    canvas.setLineWidth(_STROKE)
+    canvas.setLineCap(1)
+    path = canvas.beginPath()
+    for stroke in write(line):
+        path.moveTo(*stroke[0].tolist())
+        for point in stroke[1:].tolist():
+            path.lineTo(*point)
+    canvas.drawPath(path)
+    canvas.restoreState()
+
+
+def _fit_size(lines: Sequence[str], font: str, size: float, room: float, write: Write | None) -> float:
+    """The size, or less, at which all lines are as wide as there is room, points."""
+    typed = [text_width(line, font, size) for line in lines if write is None or _is_typed(line)]
+    written = [] if write is None else [write(line) for line in lines if not _is_typed(line)]
+    widest = max([*typed, *(size * float(np.vstack(strokes)[:, 0].max()) for strokes in written)], default=0.0)
+    return size * min(1.0, room / widest) if widest else size
+
+
+def to_pdf(prompt: Prompt, layout: SheetLayout, write: Write | None = None) -> bytes:
     """The sheets of a prompt; the same prompt gives the same bytes.
+
+    write : writes the lines whose letters the typeface lacks; None: these are refused.
 
     With printed words there is a page to write on for each page of the prompt. Without, each is followed by a page
     with its words, to lie beside it, and the last page is ruled, to lie under all of them.
@@ -130,7 +168,8 @@ def to_pdf(prompt: Prompt, layout: SheetLayout) -> bytes:
     from reportlab.pdfgen.canvas import Canvas
 
     register_faces()
-    refuse_unprintable(line for page in prompt.pages for line in page)
+    if write is None:
+        refuse_unprintable(line for page in prompt.pages for line in page)
     records = page_records(prompt, layout)
     stream = io.BytesIO()
     # invariant: no dates and no random names in the file
@@ -142,10 +181,10 @@ def to_pdf(prompt: Prompt, layout: SheetLayout) -> bytes:
     canvas.setCreator(f"handout {handout.__version__}")
     canvas.setViewerPreference("PrintScaling", "None")
     for record in records:
-        _page_to_write_on(canvas, layout, record)
+        _page_to_write_on(canvas, layout, record, write)
         canvas.showPage()
         if not layout.printed:
-            _page_of_words(canvas, layout, record)
+            _page_of_words(canvas, layout, record, write)
             canvas.showPage()
     if not layout.printed:
         # dark lines show through the sheet above; frames show where its marks go
@@ -169,7 +208,7 @@ def page_records(prompt: Prompt, layout: SheetLayout) -> list[PageRecord]:
     ]
 
 
-def _page_to_write_on(canvas: Any, layout: SheetLayout, record: PageRecord) -> None:
+def _page_to_write_on(canvas: Any, layout: SheetLayout, record: PageRecord, write: Write | None) -> None:
     draw_marks(canvas, layout.page)
     for box, symbol in zip(layout.codes, sheet_codes.symbols(record), strict=True):
         draw_cells(canvas, layout.page, symbol, box[0], box[1], box[2] - box[0])
@@ -182,15 +221,13 @@ def _page_to_write_on(canvas: Any, layout: SheetLayout, record: PageRecord) -> N
     if layout.printed:
         _rules(canvas, layout, RULE, _RULE_WIDTH)
         # the words of each line stay inside its band and are never wider than the line
-        size = _SIZE * layout.pitch * _MM
         room = (layout.right - layout.left) * _MM
-        widest = max((text_width(line, BOLD, size) for line in record.lines), default=0.0)
-        size *= min(1.0, room / widest) if widest else 1.0
+        size = _fit_size(record.lines, BOLD, _SIZE * layout.pitch * _MM, room, write)
         canvas.setFillColorRGB(*WORDS)
         for line, band in zip(record.lines, layout.bands, strict=False):
             # the descenders of the words stay inside the band too
             height = (layout.page.height - band[3]) * _MM + 0.22 * size
-            draw_text(canvas, layout.left * _MM, height, line, BOLD, size)
+            _draw_line(canvas, layout.left * _MM, height, line, BOLD, size, write)
 
 
 def draw_marks(canvas: Any, page: Page) -> None:
@@ -229,16 +266,14 @@ def _rules(canvas: Any, layout: SheetLayout, colour: tuple[float, float, float],
         canvas.line(layout.left * _MM, height, layout.right * _MM, height)
 
 
-def _page_of_words(canvas: Any, layout: SheetLayout, record: PageRecord) -> None:
+def _page_of_words(canvas: Any, layout: SheetLayout, record: PageRecord, write: Write | None) -> None:
     """The lines of a page, numbered, at the height where they are to be written."""
     canvas.setFillColorRGB(*_BLACK)
     _label(canvas, layout, f"Words of page {record.number} of {record.pages}, line by line", _BLACK)
-    size = min(11.0, 0.5 * layout.pitch * _MM)
     room = (layout.right - layout.left) * _MM
-    widest = max((text_width(line, REGULAR, size) for line in record.lines), default=0.0)
-    size *= min(1.0, room / widest) if widest else 1.0
+    size = _fit_size(record.lines, REGULAR, min(11.0, 0.5 * layout.pitch * _MM), room, write)
     for number, (line, y) in enumerate(zip(record.lines, layout.baselines, strict=False), 1):
         height = (layout.page.height - y) * _MM
         count = str(number)
         draw_text(canvas, (layout.left - 3) * _MM - text_width(count, REGULAR, 7), height, count, REGULAR, 7)
-        draw_text(canvas, layout.left * _MM, height, line, REGULAR, size)
+        _draw_line(canvas, layout.left * _MM, height, line, REGULAR, size, write)

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout import units
+from handout.alphabet import JUNK, fold, resemble
 from handout.errors import InputError
 from handout.hand.measures import contradicted_cases
 from handout.hand.page_editor import line_alone
@@ -253,6 +254,12 @@ def _notes(page: ScannedPage, alignment: Alignment, missing: Sequence[Missing]) 
     if missing:
         names = list_names([f"{letter.letter} (line {letter.line + 1})" for letter in missing])
         notes.append(f"{page.source}: not found on the page: {names}.")
+    spelt = dict.fromkeys(unit for unit in graphemes(page.transcript) if unit.isalpha())
+    if unlearnt := [unit for unit in spelt if fold(unit) == JUNK != resemble(unit)]:
+        notes.append(
+            f"{page.source}: no network has learnt {list_names(unlearnt)}; they are found by the Latin letters that "
+            "they resemble, and words with them are not read again to doubt them: look at the letters."
+        )
     return notes
 
 

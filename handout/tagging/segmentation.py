@@ -17,7 +17,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from handout.alphabet import JUNK, LETTERS, SPACE, fold, state
+from handout.alphabet import JUNK, LETTERS, SPACE, resemble, state
 from handout.hand.places import graphemes
 from handout.networks import Floats
 from handout.progress import Tell, narrow_reports, silent
@@ -231,7 +231,7 @@ def folds(count: int) -> NDArray[np.intp]:
 
 def rehearsal(text: Sequence[str], rng: np.random.Generator) -> LabelledColumns:
     """Columns of synthetic lines by many writers, whose words are those of a transcript and random groups."""
-    plain = ["".join(fold(unit) for unit in graphemes(line)).replace(JUNK, "").strip() for line in text]
+    plain = ["".join(resemble(unit) for unit in graphemes(line)).replace(JUNK, "").strip() for line in text]
     sentences = [line for line in plain if line] or ["a"]
     lines = synthetic_lines(built_in_hands(), sentences, _ADAPTATION.rehearsed, rng)
     share = _ADAPTATION.share

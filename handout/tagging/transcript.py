@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
-from handout.alphabet import JUNK, SPACE, fold, struck_out
+from handout.alphabet import JUNK, SPACE, resemble, struck_out
 from handout.errors import InputError
 from handout.hand.places import graphemes
 
@@ -70,7 +70,7 @@ def _read_line(line: str, at: int) -> TranscriptLine:
             spelt.append(piece)
             places.append(at)
         for i, unit in enumerate([] if struck else units):
-            letter = fold(unit)
+            letter = resemble(unit)
             if letter != SPACE or (letters and letters[-1] != SPACE):
                 letters.append(letter)
                 spelt.append(" " if letter == SPACE else unit)

@@ -12,9 +12,9 @@ may be cancelled, may take as long as it takes, and may end without taking the s
     tasks.py      routes of sessions, uploads and tasks
     writing.py    routes of the page Write; hands.py of Hands; letters.py of Letters, where a scanned hand is corrected;
                   styles.py of Style; calibration.py of Calibration
-    jobs.py       routes of the page Jobs: machines, the pen by hand, plots; batches.py of its batches
+    jobs.py       routes of the pages Plotter and Letters from a table: machines, the pen by hand, plots, batches
     static/       the page: HTML, CSS and ES modules, as they are served
 
 A page is added as a file of routes with a table `ROUTES`, its line in `server.TABLES`, a module in `static/` and its
-line in `PAGES` of `static/studio.js`.
+line in `PAGES` of `static/studio.js`; behind which door it is says `DOORS` there.
 """

@@ -102,6 +102,12 @@ class NewPlot(Write, frozen=True):
 PortName = Annotated[str, Meta(max_length=100)]  # one of those that are found: see `plot_desk`
 
 
+class AskedPort(Body, frozen=True):
+    """Where a machine is looked for."""
+
+    port: PortName
+
+
 class DrawnPlot(Body, frozen=True):
     """Where a plot is drawn; at_zero : its pen stands above the machine's zero; home_after : so it does at the end."""
 
@@ -148,10 +154,20 @@ class NewBatch(Write, frozen=True):
         return BatchPlan(self.title or name, self.to, *parts, self.page, *ways)
 
 
+class TriedBatch(NewBatch, frozen=True, kw_only=True):
+    """A table and its letter before they are kept; row : whose letter is wanted, by its number in the file."""
+
+    row: int | None = None
+
+
 class Approval(Body, frozen=True):
-    """Which proof was looked at: when it was made, as its facts say; without, the last."""
+    """Which proof was looked at: when it was made, as its facts say; without, the last.
+
+    left_out : rows, by their numbers in the file, that are not to be made.
+    """
 
     made: Annotated[str, Meta(max_length=40)] = ""
+    left_out: Annotated[tuple[int, ...], Meta(max_length=10_000)] = ()
 
 
 class MadeBatch(Body, frozen=True):

@@ -10,7 +10,17 @@ from starlette.exceptions import HTTPException
 from starlette.requests import Request
 from starlette.responses import FileResponse, Response
 
-from handout.web.calls import Approval, DrawnPlot, MadeBatch, NewBatch, NewPlot, PenMoveBody, Said
+from handout.web.calls import (
+    Approval,
+    AskedPort,
+    DrawnPlot,
+    MadeBatch,
+    NewBatch,
+    NewPlot,
+    PenMoveBody,
+    Said,
+    TriedBatch,
+)
 from handout.web.hands import find_upload, put_beside
 from handout.web.routes import Handle, Way, json_answer
 from handout.web.studio import TABLES, Studio
@@ -57,7 +67,7 @@ def _show_one(kind: str, function: str) -> Handle:
 
     async def answer(studio: Studio, request: Request, body: Any) -> Response:
         name = _name(request, kind)
-        more = () if body is None else (body.made,)
+        more = () if body is None else (body.made, body.left_out)
         lane = studio.quick if kind == "plot" else studio.long
         facts = await studio.answer(f"a {kind}", Call(function, (name, *more)), lane)
         return json_answer({**facts, "task": _at_work(studio, kind).get(name)})
@@ -78,6 +88,12 @@ def _forget_one(kind: str, function: str) -> Handle:
 async def machines(studio: Studio, request: Request, body: None) -> Response:
     """Ports, plotters, print queues and printers."""
     return json_answer(await studio.answer("looking for machines", Call("plot_desk.machines"), studio.long))
+
+
+async def ask_machine(studio: Studio, request: Request, body: AskedPort) -> Response:
+    """Who answers at a port."""
+    call = Call("plot_desk.who_answers", (body.port,), moves=True)
+    return await follow_task(request, await studio.attend((body.port,), "asking who is there", call))
 
 
 async def move(studio: Studio, request: Request, body: PenMoveBody) -> Response:
@@ -114,6 +130,15 @@ async def say(studio: Studio, request: Request, body: Said) -> Response:
         raise HTTPException(409, "It is not being done.")
     task.tell(body.word)
     return json_answer(task.snapshot())
+
+
+async def try_batch(studio: Studio, request: Request, body: TriedBatch) -> Response:
+    """A table and its letter are looked at."""
+    if body.table is None:
+        raise HTTPException(422, "table: this names an upload.")
+    table = find_upload(studio, body.table, *TABLES)
+    wanted = table, body.text, body.letter, body.plan(studio.hand(body.hand), ""), body.row
+    return json_answer(await studio.answer("looking at a table", Call("batch_desk.try_table", wanted), studio.long))
 
 
 async def keep_batch(studio: Studio, request: Request, body: NewBatch) -> Response:
@@ -157,6 +182,8 @@ ROUTES = (
     Way("GET", "/api/machines", "Serial ports found, plotters and their beds, print queues and printers", machines),
     Way("POST", "/api/pen", "Move a plotter's pen: up, down, to its zero, so far; or its motors off", move,
         body=PenMoveBody),
+    Way("POST", "/api/machines/asked", "Who answers at a port, and the profiles that it may have; nothing moves",
+        ask_machine, body=AskedPort),
     Way("GET", "/api/plots", "The plots that are kept, newest first; of those that are drawn now, the tasks",
         _list_kept("plot", "plot_desk.plots", "drawn")),
     Way("POST", "/api/plots", "Keep a text as a plot, which is drawn later", keep_plot, body=NewPlot),
@@ -173,6 +200,8 @@ ROUTES = (
         _list_kept("batch", "batch_desk.batches", "made")),
     Way("POST", "/api/batches", "Keep a table with its letter, with gaps as {{ first_name }}; a text without a table",
         keep_batch, body=NewBatch),
+    Way("POST", "/api/batches/tried", "Look at a table and a letter: columns, odd rows, the letter of one; not kept",
+        try_batch, body=TriedBatch),
     Way("GET", _BATCH, "A batch: its rows, what its proof says of them, and what its journal says became of them",
         _show_one("batch", "batch_desk.show_batch")),
     Way("POST", f"{_BATCH}/proof", "Make the proof of a batch: every page, small, and what to look at", prove),

@@ -23,7 +23,7 @@ import numpy as np
 from handout.chains import viterbi
 from handout.values import Array, Indices
 from handout.writing.slips import StruckLetters
-from handout.writing.text import Letter, Piece
+from handout.writing.text import FormulaLetters, Letter, Piece
 
 _TRIES = 16  # times that a word is solved for having a glyph twice; real words are done after one or two
 _TAKEN = 3.0  # times the scale of chance: 95 of 100 differences of two chances are smaller
@@ -119,6 +119,7 @@ class Choice:
     numbers : (n,) int: its glyphs.
     candidates, chance, again : n, of each letter; what chance, and having been written before, added to the costs (k,).
     intended : the word that was to be written, where this one is struck out.
+    formula : of which it is a leaf.
     """
 
     letters: Sequence[Letter]
@@ -130,6 +131,7 @@ class Choice:
     chance: Sequence[Array]
     again: Sequence[Array]
     intended: str | None = None
+    formula: FormulaLetters | None = None
 
 
 class GlyphChooser:
@@ -256,6 +258,11 @@ def _chosen(pieces: Sequence[Piece], choosers: Sequence[GlyphChooser]) -> Iterat
     for piece in pieces:
         if isinstance(piece, int):
             spaces = piece
+        elif isinstance(piece, FormulaLetters):
+            for word in piece.words:  # each by itself: what stands beside it there is not decided yet
+                yield replace(choosers[0].word(word, spaces), formula=piece)
+                spaces = 1
+            spaces = 0
         else:
             intended = piece.intended if isinstance(piece, StruckLetters) else None
             yield choosers[intended is not None].word(piece, spaces, intended)

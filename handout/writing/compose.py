@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from itertools import islice
+from itertools import groupby, islice, tee
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
@@ -152,7 +152,8 @@ def set_paragraph(
 ) -> Iterator[Unit[Any]]:
     """A paragraph as a handwriting sets it, and what its proofreader makes of it."""
     if proofread is None and (not rewrites.times or isinstance(writer, DrawnHandwriting)):
-        return iter(writer.set_paragraph(words))
+        words, noted = tee(words)
+        return _gather_formulas(zip(noted, writer.set_paragraph(words), strict=True), writer)
     from handout.writing.scanned_words import SetParagraph
 
     paragraph = SetParagraph(writer, chooser, list(words))
@@ -161,7 +162,21 @@ def set_paragraph(
     places = paragraph.rewrite(rewrites)
     if proofread is not None and places:
         proofread(paragraph, places)
-    return iter(paragraph.units)
+    return _gather_formulas(zip(paragraph.choices, paragraph.units, strict=True), writer)
+
+
+def _gather_formulas(set_words: Iterable[tuple[Choice, Unit[Any]]], writer: Handwriting[Any]) -> Iterator[Unit[Any]]:
+    """The units of a paragraph, those of each formula as one, or as several between which a line may end."""
+    for _, group in groupby(set_words, key=lambda each: id(each[0].formula) if each[0].formula else 0):
+        first, unit = next(group)
+        if first.formula is None:
+            yield unit
+            yield from (following for _, following in group)
+        else:
+            from handout.writing.formula_words import set_formula
+
+            words = [unit.word, *(following.word for _, following in group)]
+            yield from set_formula(first.formula, words, unit.gap, writer, writer.wander(first.key))
 
 
 def handwriting(

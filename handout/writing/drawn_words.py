@@ -10,6 +10,7 @@ from copy import copy
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import pairwise
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -23,6 +24,9 @@ from handout.writing.layout import USUAL_BASELINES
 from handout.writing.pages import ToPage, Unit, Word, wide_gap
 from handout.writing.text import Letter, spelt
 from handout.writing.variation import USUAL, Drift, Variation, warp
+
+if TYPE_CHECKING:
+    from handout.mathematics.shapes import Wander
 
 LEAST_ROOM = 0.28  # between the lines of two letters that are not joined, at any height: a line, and paper that is seen
 _BAR_ROOM = 0.13  # between the end of a bar and a letter that it does not cross
@@ -343,6 +347,18 @@ class DrawnHandwriting:
         self._writers = [WordWriter(hand, rng, jitter) for rng in streams]
         self.baseline_model, self.stock = USUAL_BASELINES, drawn_forms(hand)
         self.name, self.pitch, self.space, self.repertoire = hand.name, hand.pitch, hand.word_space, hand.repertoire
+
+    def wander(self, key: Sequence[int]) -> Wander:
+        """See `pages.Handwriting`."""
+        from handout.mathematics.shapes import Wander
+
+        return Wander(word_stream(self._writers[0].seeds[0], (*key, 0)), self._jitter)
+
+    def ink_box(self, word: Word[PlannedGlyph]) -> tuple[float, float, float, float]:
+        """See `pages.Handwriting`."""
+        xy = np.concatenate([stroke for glyph in word.glyphs for stroke in glyph.strokes])
+        (left, bottom), (right, top) = xy.min(axis=0).tolist(), xy.max(axis=0).tolist()
+        return left, bottom, right, top
 
     def set_paragraph(self, words: Iterable[Choice]) -> Iterator[Unit[PlannedGlyph]]:
         """See `pages.Handwriting`."""

@@ -9,9 +9,10 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import chain, groupby, islice, pairwise
 from statistics import median
-from typing import Any, Generic, NamedTuple, Protocol, Self, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, NamedTuple, Protocol, Self, TypeVar
 
 import numpy as np
 
@@ -21,6 +22,9 @@ from handout.values import Array, Glyph, Line, Manuscript, Placed
 from handout.writing.choosing import Choice, GlyphStock
 from handout.writing.layout import ASCENT, DESCENT, FOOT_ABOVE_RULE, BaselineModel, Layout, line_geometries, on_rules
 from handout.writing.slips import StrikeThrough
+
+if TYPE_CHECKING:
+    from handout.mathematics.shapes import Wander
 
 # places (n, 2), mm from the left edge of the page and mm over the baseline → page coordinates (n, 2)
 ToPage = Callable[[Array], Array]
@@ -48,6 +52,8 @@ class Word(Generic[G]):
     advance : where it ends, as the next word sees it.
     left, right : horizontal extent of the ink within reach of the neighbouring words.
     glued : whether it goes on with the word before, without a space.
+    low, high : where its ink ends below and above its baseline, if it may be more than that of letters.
+    displayed : whether it stands in the middle of lines of its own.
     """
 
     glyphs: tuple[G, ...]
@@ -58,6 +64,9 @@ class Word(Generic[G]):
     left: float
     right: float
     glued: bool = False
+    low: float = -DESCENT
+    high: float = ASCENT
+    displayed: bool = False
 
     def parts(self, room: float) -> list[Word[G]]:
         """The word itself, or its parts, cut between letters, if it is wider than `room`."""
@@ -75,6 +84,20 @@ class Word(Generic[G]):
         extents = self.extents[a:b] - begin
         left, right = float(extents[:, 0].min()), float(extents[:, 1].max())
         return Word(glyphs, extents, self.at[a:b], self.spelt[a:b], right, left, right, self.glued or a > 0)
+
+
+@dataclass(frozen=True, eq=False)
+class FormulaWord(Word[Any]):
+    """A formula, or a piece of one that a line may end behind: words in several sizes and heights, and what is drawn.
+
+    parts_of : in the order of writing, words with x, y (x-heights of the line) and size; and strokes, each (n, 2).
+    """
+
+    parts_of: tuple[tuple[Word[Any], float, float, float] | tuple[Array, ...], ...] = ()
+
+    def parts(self, room: float) -> list[Word[Any]]:
+        """Itself: a formula is not cut anywhere."""
+        return [self]
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,6 +134,12 @@ class Handwriting(Protocol[G]):
     def stock(self) -> GlyphStock: ...
     @property
     def baseline_model(self) -> BaselineModel: ...
+    def wander(self, key: Sequence[int]) -> Wander:
+        """By which a formula varies; `key` : of its first word, see `Choice`."""
+
+    def ink_box(self, word: Word[G]) -> tuple[float, float, float, float]:
+        """Where the ink of a word ends: left, bottom, right and top, x-heights."""
+
     def set_paragraph(self, words: Iterable[Choice]) -> Iterator[Unit[G]]:
         """The words of a paragraph, each set side by side, with the gap before it; before the first, the indent."""
 
@@ -118,6 +147,35 @@ class Handwriting(Protocol[G]):
         self, words: Sequence[Word[G]], starts: Sequence[float], scale: float, to_page: ToPage
     ) -> Iterator[Placed]:
         """The glyphs of a line whose words, numbered from 0, start at `starts` mm; `scale` is mm an x-height."""
+
+
+def place_words(
+    writer: Handwriting[Any], words: Sequence[Word[Any]], starts: Sequence[float], scale: float, to_page: ToPage
+) -> Iterator[Placed]:
+    """The glyphs of a line as `Handwriting.place` gives them, and those of its formulas with what is drawn of these."""
+
+    def higher(up: float, points: Array) -> Array:
+        return to_page(points + np.array([0.0, up]))
+
+    numbered = list(zip(range(len(words)), words, starts, strict=True))
+    for formula, group in groupby(numbered, key=lambda each: isinstance(each[1], FormulaWord)):
+        some = list(group)
+        if not formula:
+            placed = writer.place([word for _, word, _ in some], [start for *_, start in some], scale, to_page)
+            yield from (replace(glyph, word=some[glyph.word][0]) for glyph in placed)
+            continue
+        for number, word, start in some:
+            assert isinstance(word, FormulaWord)
+            for part in word.parts_of:
+                if isinstance(part[0], Word):
+                    inner, x, y, size = part
+                    raised = partial(higher, y * scale)
+                    placed = writer.place([inner], [start + x * scale], size * scale, raised)
+                    yield from (replace(glyph, word=number) for glyph in placed)
+                else:
+                    strokes = tuple(to_page(stroke * scale + (start, 0.0)) for stroke in part)
+                    mark = Glyph("", (), (False,) * len(strokes), 0.0)
+                    yield Placed(mark, strokes, joined=False, word=number, at=word.at[0])
 
 
 def wide_gap(usual: float, spaces: int) -> float:
@@ -135,6 +193,7 @@ LEAST_GAP = 0.55  # between the ink of two words, x-heights
 SQUEEZE = 0.22  # people bunch the words of a line by at most this share of its gaps to get one more word in
 SMALLEST_FIT = 0.55  # --fit never makes writing smaller than this share of what was asked for
 _BUNCHED = (0.72, 0.88)  # what --fit then makes of word gaps and line distance
+_APART = 0.3  # x-heights between the ink of a formula and that of the line above or below; set by eye
 _CUT = 0.01  # x-heights before what a word that is wider than its line goes on with: it is still one word
 _BUNCH = 0.25  # share of the usual gap that a gap near the edge gives up before those further from it do
 
@@ -151,6 +210,11 @@ class UnitRow(Generic[G]):
     def width(self) -> float:
         """From the start of the first unit to the end of the ink of the last, x-heights."""
         return extent(self.units, self.gaps)
+
+    @property
+    def displayed(self) -> bool:
+        """Whether it stands in the middle."""
+        return any(unit.word.displayed for unit in self.units)
 
 
 def extent(units: Sequence[Unit[G]], gaps: Sequence[float]) -> float:
@@ -221,7 +285,7 @@ def rows_on_pages(
     written = map(indent_paragraph, paragraphs)
     limit = pages or (1 if layout.fit else None)
     if limit is None:
-        return layout, rows_of(written, layout)
+        return layout, rows_of(written, layout, pitch)
     return _fitted_rows([(indent, list(units)) for indent, units in written], pitch, layout, limit)
 
 
@@ -229,7 +293,7 @@ def _fitted_rows(
     paragraphs: Sequence[tuple[float, list[Unit[G]]]], pitch: float, layout: Layout, limit: int
 ) -> tuple[Layout, list[UnitRow[G]]]:
     """Rows that fit the pages, and the layout they fit with."""
-    rows = list(rows_of(paragraphs, layout))
+    rows = list(rows_of(paragraphs, layout, pitch))
     fits = _pages(len(rows), pitch, layout) <= limit
     if fits and (not layout.fit or _widest(rows) <= layout.room):
         return layout, rows
@@ -237,12 +301,12 @@ def _fitted_rows(
         raise _too_long(len(rows), pitch, layout, limit)
     for scale in np.linspace(1.0, SMALLEST_FIT, 46)[1:]:
         smaller = _scale_layout(layout, pitch, float(scale))
-        rows = list(rows_of(paragraphs, smaller))
+        rows = list(rows_of(paragraphs, smaller, pitch))
         if _pages(len(rows), pitch, smaller) <= limit and _widest(rows) <= smaller.room:
             return smaller, rows
     tight = _scale_layout(layout, pitch, SMALLEST_FIT, _BUNCHED[1])
     bunched = [(indent, [replace(unit, gap=unit.gap * _BUNCHED[0]) for unit in units]) for indent, units in paragraphs]
-    rows = list(rows_of(bunched, tight))
+    rows = list(rows_of(bunched, tight, pitch))
     if _pages(len(rows), pitch, tight) <= limit:
         return tight, rows
     raise _too_long(len(rows), pitch, tight, limit)
@@ -259,12 +323,47 @@ def _widest(rows: Sequence[UnitRow[G]]) -> float:
     return max(row.indent + row.width for row in rows)
 
 
-def rows_of(paragraphs: Iterable[tuple[float, Iterable[Unit[G]]]], layout: Layout) -> Iterator[UnitRow[G]]:
+def rows_of(
+    paragraphs: Iterable[tuple[float, Iterable[Unit[G]]]], layout: Layout, pitch: float
+) -> Iterator[UnitRow[G]]:
     """The rows of all paragraphs, one after the other; of an indent no more than half the room is kept."""
     width = layout.room
-    for indent, units in paragraphs:
-        parts = (part for unit in units for part in _break_unit(unit, width))
-        yield from wrap(parts, min(indent, 0.5 * width), width)
+
+    def rows() -> Iterator[UnitRow[G]]:
+        for indent, units in paragraphs:
+            parts = (part for unit in units for part in _break_unit(unit, width))
+            yield from wrap(parts, min(indent, 0.5 * width), width)
+
+    return _space_rows(rows(), layout.baseline_distance(pitch) / layout.x_height, layout.lines_a_page(pitch))
+
+
+def _space_rows(rows: Iterable[UnitRow[G]], distance: float, held: int) -> Iterator[UnitRow[G]]:
+    """Rows with empty ones where a formula needs the room of more lines than one, which stay on one page.
+
+    distance : of lines, x-heights; held : how many a page has.
+    """
+    empty, taken, below = UnitRow[G]((), (), 0.0), 0, 0.0
+    for row in rows:
+        high = max((unit.word.high for unit in row.units), default=ASCENT)
+        low = min((unit.word.low for unit in row.units), default=-DESCENT)
+        at_top, after = _lines_in(high - ASCENT, distance), _lines_in(-DESCENT - low, distance)
+        before = at_top
+        if taken:
+            before = (
+                _lines_in(below + high + _APART - distance, distance) if max(high - ASCENT, below - DESCENT) > 0 else 0
+            )
+        if taken and taken + before + 1 + after > held > 0:
+            yield from [empty] * (held - taken)
+            taken, before = 0, at_top
+        before = 0 if before + 1 + after > held else before  # then it has no room on any page, which is said later
+        yield from [empty] * before
+        yield row
+        taken, below = taken + before + 1, max(-low, DESCENT)
+        taken = 0 if taken == held else taken
+
+
+def _lines_in(room: float, distance: float) -> int:
+    return max(0, math.ceil(room / distance - 1e-9))
 
 
 def _break_unit(unit: Unit[G], room: float) -> list[Unit[G]]:
@@ -363,13 +462,14 @@ def _sheet(
     for number, (row, geometry, (height, slope)) in enumerate(zip(rows, wandering, even, strict=True)):
         if not row.units:
             continue
+        _check_formulas(row, layout, height)
         baseline = height - geometry.above * scale
         if layout.ruling is None:
             baseline = layout.margin[0] + (ASCENT - geometry.above) * scale + number * pitch
         x = layout.margin[3] + scale * (_find_left(row, layout, geometry.edge) + row.indent)
         rise = (geometry.slope - slope, geometry.sag * scale, layout.margin[3] + half_width, half_width)
         starts, to_page = _starts(row, x, scale), on_page(baseline, rise)
-        placed = writer.place([unit.word for unit in row.units], starts, scale, to_page)
+        placed = place_words(writer, [unit.word for unit in row.units], starts, scale, to_page)
         if any(unit.intended is not None for unit in row.units):
             placed = _strike_words(placed, row, starts, layout, to_page, strike_through)
         lines.append(Line(_text(row), tuple(replace(p, word=words + p.word) for p in placed), baseline, rise))
@@ -385,6 +485,22 @@ def _sheet(
     ruling = {"baseline": round(even[0][0] + lower, 3), "line_spacing": round(pitch, 3)}
     about = {"hand": writer.name, "x_height": round(scale, 3), **ruling, **({"slips": slips} if slips else {})}
     return Manuscript(tuple(lines), layout.page, scale, about)
+
+
+def _check_formulas(row: UnitRow[Any], layout: Layout, baseline: float) -> None:
+    """Refuse a formula that is wider or higher than the page, where words would be cut."""
+    formulas = [unit.word for unit in row.units if isinstance(unit.word, FormulaWord)]
+    if not formulas:
+        return
+    scale, wide = layout.x_height, row.width > layout.room + 1e-6
+    high, low = max(word.high for word in formulas) - 0.5, min(word.low for word in formulas) + 0.5
+    above, below = baseline - high * scale - layout.margin[0], baseline - low * scale + layout.margin[2]
+    if wide or above < 0 or below > layout.page.height:
+        length, room = (row.width, layout.room) if wide else (high - low + 1, layout.height / scale)
+        raise DoesNotFit(
+            f"The formula {''.join(formulas[0].spelt)!r} is {length * scale:.0f} mm {'wide' if wide else 'high'}, and "
+            f"there are {room * scale:.0f} mm for it: use a smaller --x-height, a larger page, or write it in parts."
+        )
 
 
 def _even_baselines(layout: Layout, pitch: float, count: int) -> list[tuple[float, float]]:
@@ -473,6 +589,8 @@ def _starts(row: UnitRow[G], x: float, scale: float) -> list[float]:
 def _find_left(row: UnitRow[G], layout: Layout, edge: float) -> float:
     """Where a row begins, x-heights from the left margin; its ink stays inside the margins."""
     spare = layout.room - row.indent - row.width
+    if row.displayed:
+        return max(0.0, 0.5 * spare)
     if layout.align == "right":
         return max(0.0, spare - abs(edge))
     if layout.align == "centre":

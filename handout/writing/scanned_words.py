@@ -13,7 +13,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from itertools import pairwise
-from typing import TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -29,6 +29,9 @@ from handout.writing.spacing import WORDS
 from handout.writing.text import spelt
 from handout.writing.variation import Chances
 from handout.writing.word_layout import LayoutModel, layout_model
+
+if TYPE_CHECKING:
+    from handout.mathematics.shapes import Wander
 
 _MOST_KEPT = 500  # words of a hand that stay set, so that of a text that is typed on only what changed is: 20 MB
 
@@ -95,6 +98,19 @@ class ScannedHandwriting:
         self.name, self.pitch, self.baseline_model = hand.name, hand.pitch, author_baselines(hand)
         self.repertoire = hand.repertoire
         self.space = float(self._model.spacing.gaps.mean[WORDS]) * hand.pitch  # the usual gap between words, x-heights
+
+    def wander(self, key: Sequence[int]) -> Wander:
+        """See `pages.Handwriting`."""
+        from handout.mathematics.shapes import Wander
+
+        return Wander(word_stream(self._seed, (*key, 0)), self._variation)
+
+    def ink_box(self, word: Word[InkGlyph]) -> tuple[float, float, float, float]:
+        """See `pages.Handwriting`."""
+        graphs = self.laid(word)
+        xy, radius = np.concatenate([graph.xy for graph in graphs]), np.concatenate([graph.radius for graph in graphs])
+        (left, bottom), (right, top) = (xy - radius[:, None]).min(axis=0), (xy + radius[:, None]).max(axis=0)
+        return float(left) * self.pitch, float(bottom) * self.pitch, float(right) * self.pitch, float(top) * self.pitch
 
     def set_paragraph(self, words: Iterable[Choice]) -> Iterator[SetUnit]:
         """See `pages.Handwriting`; all words of the paragraph are set together, as one line."""

@@ -13,7 +13,7 @@ import numpy as np
 
 from handout.errors import InputError
 from handout.values import Array
-from handout.writing.text import Letter, Piece, spelt
+from handout.writing.text import FormulaLetters, Letter, Piece, spelt
 
 USUAL = 2.0  # slips in 100 words, where no number is asked for; careful copies of a page have one in 300
 _GOES_ON = 0.45  # that a wrong letter is followed by one more before it is noticed
@@ -104,7 +104,7 @@ def _core(pieces: Sequence[Piece], number: int) -> list[Letter]:
         return []
     piece = pieces[number]
     beside = [pieces[i] for i in (number - 1, number + 1) if 0 <= i < len(pieces)]
-    if isinstance(piece, int) or not all(isinstance(other, int) for other in beside):
+    if isinstance(piece, int | FormulaLetters) or not all(isinstance(other, int) for other in beside):
         return []
     alpha = [letter.base.isalpha() for letter in piece]
     if not any(alpha) or any(letter.base.isnumeric() for letter in piece):

@@ -6,9 +6,10 @@ First the characters that a pen writes alike, and what may stand for one that a 
 from __future__ import annotations
 
 import unicodedata
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import accumulate, groupby, zip_longest
+from itertools import accumulate, groupby, pairwise, zip_longest
+from typing import TYPE_CHECKING
 
 import regex
 
@@ -16,6 +17,9 @@ from handout.errors import InputError, MissingCharacters
 from handout.hand.diacritics import compose_grapheme, decompose_grapheme
 from handout.hand.places import graphemes
 from handout.hand.protocol import Repertoire
+
+if TYPE_CHECKING:
+    from handout.mathematics.formulas import Formula
 
 # what says where a line may break and which way letters run: it leaves no ink, and pages here run from left to right
 _INVISIBLE = regex.compile(r"[\u00ad\u034f\u061c\u180e\u200b-\u200f\u202a-\u202e\u2060-\u2064\u2066-\u206f\ufeff]")
@@ -144,6 +148,37 @@ class Letter:
     at: int
 
 
+class FormulaLetters(tuple[Letter, ...]):
+    """The letters of a formula, with what stands right before and behind it.
+
+    parts : the formulas, and None for words beside them, each with the letters of its leaves, or of that word.
+    """
+
+    parts: tuple[tuple[Formula | None, tuple[tuple[Letter, ...], ...]], ...]
+
+    def __new__(cls, letters: Sequence[Letter], formulas: Sequence[Formula]) -> FormulaLetters:
+        """Of letters in the order of their text, and the formulas that they are in."""
+        from handout.mathematics.formulas import leaves
+
+        piece = super().__new__(cls, letters)
+        of = {at: number for number, formula in enumerate(formulas) for at in range(*formula.at)}
+        parts: list[tuple[Formula | None, tuple[tuple[Letter, ...], ...]]] = []
+        for number, group in groupby(letters, key=lambda letter: of.get(letter.at, -1)):
+            own = list(group)
+            if number < 0:
+                parts.append((None, (tuple(own),)))
+                continue
+            tree = formulas[number].tree
+            parts.append((formulas[number], tuple(tuple(x for x in own if x.at in leaf.at) for leaf in leaves(tree))))
+        piece.parts = tuple(parts)
+        return piece
+
+    @property
+    def words(self) -> Iterator[tuple[Letter, ...]]:
+        """What the hand sets as words, in the order of writing."""
+        yield from (word for _, words in self.parts for word in words if word)
+
+
 # a number of spaces, or the letters between two of them
 Piece = int | Sequence[Letter]
 
@@ -170,22 +205,89 @@ def normalise(text: str) -> str:
     return unicodedata.normalize("NFC", text.translate(SAME).translate(SPACES))
 
 
+def written_units(text: str) -> tuple[list[str], list[Formula]]:
+    r"""What is written for each grapheme of a normalised text, "" for nothing, and the formulas in it.
+
+    Of a formula the letters of its leaves are, of ``\$`` the sign.
+
+    Raises
+    ------
+    InputError
+        A formula that cannot be written; the message has its place.
+    """
+    typed = graphemes(text)
+    if "$" not in typed:
+        return typed, []
+    from handout.mathematics.formulas import leaves
+    from handout.mathematics.parser import WrongFormula, find_formulas, read_formula
+
+    written, formulas = list(typed), list["Formula"]()
+    for begin, end, displayed in find_formulas(typed):
+        try:
+            formula = read_formula(typed, begin, end, displayed)
+        except WrongFormula as error:
+            before = "".join(typed[: error.at]).split("\n")
+            line, column = len(before), len(graphemes(before[-1])) + 1
+            raise InputError(f"Formula at line {line}, character {column}: {error}.") from error
+        formulas.append(formula)
+        written[begin:end] = [""] * (end - begin)
+        for leaf in leaves(formula.tree):
+            for sign, at in zip(leaf.text, leaf.at, strict=True):
+                written[at] = sign
+    inside = {at for formula in formulas for at in range(*formula.at)}
+    for at, pair in enumerate(pairwise(typed)):
+        if pair == ("\\", "$") and at not in inside:
+            written[at] = ""
+    return written, formulas
+
+
 def paragraphs_of(text: str, hand: Repertoire, *, fallback: bool = False) -> list[list[Piece]]:
     """The paragraphs of a text in the letters of a hand: what is written in one go, and the numbers of spaces between.
 
+    A displayed formula is a paragraph of its own.
+
     fallback, errors : see `spell`.
     """
-    paragraphs = list[list[Letter | str]]([[]])
-    for token in spell(normalise(text), hand, fallback=fallback):
+    text = normalise(text)
+    formulas = written_units(text)[1]
+    inside = {at: formula for formula in formulas for at in range(*formula.at)}
+    return [
+        [
+            FormulaLetters(piece, formulas)
+            if not isinstance(piece, int) and any(letter.at in inside for letter in piece)
+            else piece
+            for piece in _pieces(paragraph, inside)
+        ]
+        for paragraph in _part_paragraphs(spell(text, hand, fallback=fallback), inside)
+    ]
+
+
+def _part_paragraphs(tokens: Iterable[Letter | str], inside: Mapping[int, Formula]) -> list[list[Letter | str]]:
+    """The tokens, parted at newlines and around displayed formulas; a sign right behind one of these stays there."""
+    paragraphs, last = list[list[Letter | str]]([[]]), -1
+    shown: Formula | None = None  # whose paragraph it is
+    for token in tokens:
         if token == "\n":
             paragraphs.append([])
-        else:
-            paragraphs[-1].append(token)
-    return [list(_pieces(paragraph)) for paragraph in paragraphs]
+            last, shown = -1, None
+            continue
+        if isinstance(token, Letter):
+            here = inside.get(token.at)
+            if here is None and token.at == last + 1 and not token.base.isalnum():
+                here = shown
+            here = here if here is not None and here.displayed else None
+            if last >= 0 and here is not shown:
+                paragraphs.append([])
+            shown, last = here, token.at if here is None else max(token.at, here.at[1] - 1)
+        paragraphs[-1].append(token)
+    return paragraphs
 
 
-def _pieces(paragraph: Sequence[Letter | str]) -> Iterator[Piece]:
-    """What is written in one go, and between them the number of spaces; a line may break after a hyphen."""
+def _pieces(paragraph: Sequence[Letter | str], inside: Collection[int]) -> Iterator[Piece]:
+    """What is written in one go, and between them the number of spaces; a line may break after a hyphen.
+
+    inside : places of formulas, which are not parted.
+    """
     piece: list[Letter] = []
     spaces = 0
     for token in paragraph:
@@ -198,7 +300,7 @@ def _pieces(paragraph: Sequence[Letter | str]) -> Iterator[Piece]:
         if spaces:
             yield spaces
             spaces = 0
-        if len(piece) > 1 and piece[-1].base in _BREAK_AFTER and token.base.isalpha():
+        if len(piece) > 1 and piece[-1].base in _BREAK_AFTER and token.base.isalpha() and piece[-1].at not in inside:
             yield piece
             piece = []
         piece.append(token)
@@ -225,13 +327,15 @@ def spell(text: str, hand: Repertoire, *, fallback: bool = False) -> Iterator[Le
     MissingCharacters
         The hand lacks characters; the message lists all of them with their places.
     """
-    units = graphemes(text)
-    forms = {unit: _form(unit, hand, 0, fallback) for unit in units if not unit.isspace()}
+    units = written_units(text)[0]
+    inked = {at: unit for at, unit in enumerate(units) if unit and not unit.isspace()}
+    forms = {unit: _form(unit, hand, 0, fallback) for unit in inked.values()}
     omitted = _find_omitted(units, forms)
-    needed = {unit for at, unit in enumerate(units) if at not in omitted and not unit.isspace()}
+    needed = {unit for at, unit in inked.items() if at not in omitted}
     missing = {unit for unit in (needed if fallback else forms) if not forms[unit]}
     if missing:
-        raise MissingCharacters(_complaint(_places(units, missing), hand, fallback, missing - needed))
+        places = _places(graphemes(text), {at: unit for at, unit in inked.items() if unit in missing})
+        raise MissingCharacters(_complaint(places, hand, fallback, missing - needed))
     if not needed:
         which = "the text holds nothing but what is left out" if forms else "the text is empty"
         raise InputError(f"There is nothing to write: {which}.")
@@ -260,7 +364,7 @@ def find_unseen(text: str) -> list[Borrowed]:
 def _find_omitted(units: Sequence[str], forms: Mapping[str, Sequence[Letter]]) -> set[int]:
     """The places of what no form is there for and a text can do without, with the brackets around it."""
     omitted = {at for at, unit in enumerate(units) if not forms.get(unit, unit) and _PICTURE.match(unit)}
-    parted = groupby(range(len(units)), lambda at: units[at].isspace())
+    parted = groupby((at for at, unit in enumerate(units) if unit), lambda at: units[at].isspace())
     words = [list(places) for spaces, places in parted if not spaces]
     foreign = [_is_foreign([units[at] for at in word], forms) for word in words]
     for number, word in enumerate(words):
@@ -301,7 +405,7 @@ def _is_named_beside(
 
 def _spelt(units: Sequence[str], hand: Repertoire, omitted: set[int], fallback: bool) -> Iterator[Letter | str]:
     """The letters, without what is left out and the space that only parted it from the rest."""
-    kept = [at for at in range(len(units)) if at not in omitted]
+    kept = [at for at, unit in enumerate(units) if unit and at not in omitted]
     last = "\n"
     for at, following in zip_longest(kept, kept[1:]):
         after = "\n" if following is None else units[following]
@@ -318,24 +422,24 @@ def _form(grapheme: str, hand: Repertoire, at: int, fallback: bool) -> Sequence[
     return _letters(grapheme, hand, at) or (borrow(grapheme, hand, at) if fallback else [])
 
 
-def _places(units: Sequence[str], missing: set[str]) -> dict[str, list[str]]:
-    """Where in a text some graphemes stand, in words."""
+def _places(typed: Sequence[str], missing: Mapping[int, str]) -> dict[str, list[str]]:
+    """Where in a text some graphemes stand, in words; `missing` : place → grapheme."""
     places: dict[str, list[str]] = {}
     line, column = 1, 0
-    for unit in units:
+    for at, unit in enumerate(typed):
         column += 1
         if unit == "\n":
             line, column = line + 1, 0
-        if unit in missing:
-            places.setdefault(unit, []).append(f"line {line}, character {column}")
+        if at in missing:
+            places.setdefault(missing[at], []).append(f"line {line}, character {column}")
     return places
 
 
 def lacking(text: str, hand: Repertoire) -> dict[str, list[int]]:
     """The graphemes of normalised `text` that a hand has no letter for, and where they stand, graphemes from 0."""
     places: dict[str, list[int]] = {}
-    for at, grapheme in enumerate(graphemes(text)):
-        if not grapheme.isspace() and not _letters(grapheme, hand, at):
+    for at, grapheme in enumerate(written_units(text)[0]):
+        if grapheme and not grapheme.isspace() and not _letters(grapheme, hand, at):
             places.setdefault(grapheme, []).append(at)
     return places
 

@@ -74,6 +74,13 @@ def test_a_corpus_of_ones_own(call):
     assert sorted(" ".join(facts["text"]).split()) == sorted(Path("own.txt").read_text(encoding="utf-8").split())
 
 
+@pytest.mark.slow
+def test_sheets_in_a_language_hold_its_letters(call):
+    facts = json.loads(call("-o", "a.pdf", "--language", "uk", "--pages", 1, "--json", "-q")[0])
+    assert set("абвгґдеєжзиіїйклмнопрстуфхцчшщьюя0123456789") <= set("".join(facts["text"]))
+    assert Path("a.pdf").read_bytes().startswith(b"%PDF")
+
+
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
@@ -81,7 +88,8 @@ def test_a_corpus_of_ones_own(call):
         (["-o", "no/a.pdf"], "folder no does not exist"),
         (["-o", "a.pdf", "--page", "A3"], "A4 or letter"),
         (["-o", "a.pdf", "--ruling", "3mm"], "outside 6 to 20 mm"),
-        (["-o", "a.pdf", "--also", "Ж"], "not with Ж"),
+        (["-o", "a.pdf", "--also", "Ժ"], "no form for 'Ժ'"),
+        (["-o", "a.pdf", "--language", "fi"], "no sentences in 'fi' come with the program"),
         (["-o", "a.pdf", "--corpus", "none.txt"], "Cannot read none.txt"),
     ],
 )

@@ -20,6 +20,30 @@ def test_shipped_sentences_are_many_and_of_a_good_length():
     assert all(sentence == " ".join(sentence.split()) == corpus.as_typed(sentence) for sentence in every)
 
 
+@pytest.mark.parametrize(
+    ("language", "alphabet"),
+    [
+        ("be", "абвгдеёжзійклмнопрстуўфхцчшыьэюя"),
+        ("bg", "абвгдежзийклмнопрстуфхцчшщъьюя"),
+        ("el", "αβγδεζηθικλμνξοπρσςτυφχψωάέήίόύώΐ"),
+        ("ru", "абвгдеёжзийклмнопрстуфхцчшщъыьэюя"),
+        ("sr-Cyrl-RS", "абвгдђежзијклљмнњопрстћуфхцчџш"),
+        ("uk", "абвгґдеєжзиіїйклмнопрстуфхцчшщьюя"),
+    ],
+)
+def test_each_language_has_sentences_with_all_its_letters(language, alphabet):
+    every = corpus.shipped_sentences(language)
+    assert len(set(every)) == len(every) >= 30
+    assert all(sentence == " ".join(sentence.split()) == corpus.as_typed(sentence) for sentence in every)
+    written = "".join(every)
+    assert [each for each in alphabet + alphabet.upper().replace("\u0308\u0301", "") if each not in written] == []
+
+
+def test_a_language_without_sentences_is_said():
+    with pytest.raises(InputError, match="no sentences in 'fi' come with the program, only in be, bg"):
+        corpus.shipped_sentences("fi")
+
+
 def test_shipped_sentences_are_no_variations_of_each_other():
     words = [frozenset(re.findall(r"\w+", sentence.lower())) for sentence in corpus.shipped_sentences()]
     column = {word: i for i, word in enumerate(sorted(frozenset.union(*words)))}

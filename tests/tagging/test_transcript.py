@@ -28,10 +28,18 @@ def test_the_alphabet_has_no_letter_twice():
         ("ł", "l"),
         ("ß", "ß"),
         ("字", JUNK),
+        ("Ё", "E"),
+        ("ж", JUNK),
     ],
 )
 def test_look_alikes_are_one_letter(grapheme, letter):
     assert fold(grapheme) == letter
+
+
+def test_letters_that_no_network_has_learnt_are_those_that_they_resemble():
+    (line,) = read_transcript("Съешь ξύλα, 字")
+    assert line.letters[:5] == tuple("Cbewb") and JUNK not in line.letters[:-1] and line.letters[-1] == JUNK
+    assert line.text == "Съешь ξύλα, 字"
 
 
 @given(st.text(st.characters(blacklist_categories=["Cs"]), max_size=40))

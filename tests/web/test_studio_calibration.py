@@ -57,5 +57,5 @@ def test_a_chart_is_printed_and_its_scans_are_judged(page, chart):
     page.get_by_label("The scan", exact=True).focus()
     page.keyboard.press("Tab")
     assert page.evaluate("document.activeElement.type") == "checkbox", "keys reach every control in turn"
-    page.get_by_role("button", name="Begin afresh").click()
+    page.get_by_role("button", name="Start afresh").click()
     page.get_by_text("1 of 6: print the chart").wait_for()

@@ -18,17 +18,34 @@ NOTED = """button => new MutationObserver(() => {
 }).observe(button, {childList: true})"""
 
 
-def test_a_text_is_written_changed_watched_and_downloaded(page):
+def usb_ports():
+    from handout.plotting.ports import serial_devices
+
+    return [port.name for port in serial_devices() if port.usb]
+
+
+def test_the_first_page_has_doors(page):
     assert page.arrived == page.home, "the token is gone from the address"
+    for door in ("Write something", "Letters from a table", "My own handwriting", "On the desk"):
+        page.get_by_role("link", name=door).first.wait_for()
+    page.locator(".scene img").wait_for()
+    kept(page, "start", 2500)
+    assert axe(page) == []
+    loaded = "performance.getEntriesByType('resource').filter(r => r.name.endsWith('.js'))"
+    assert page.evaluate(f"{loaded}.reduce((sum, each) => sum + each.decodedBodySize, 0)") < 40_000
+
+
+def test_a_text_is_written_changed_watched_and_downloaded(page):
     page.goto(page.home + "#write")
     page.wait_for_selector(".sheet svg path.stroke")
     kept(page, "write")
     page.get_by_label("Text", exact=True).fill("Dear Ada, here is a card")
+    page.get_by_text("More", exact=True).click()
     page.get_by_label("Seed", exact=True).fill("4")
     page.locator(".told", has_text=re.compile("seed 4$")).wait_for()
     first = page.locator(".sheet path.stroke").first.get_attribute("d")
     assert axe(page) == []
-    page.get_by_role("button", name="Another seed").click()
+    page.get_by_role("button", name="Write it another way").click()
     page.locator(".told", has_text=re.compile("seed 4$")).wait_for(state="detached")
     page.get_by_label("Seed", exact=True).fill("4")
     page.locator(".told", has_text=re.compile("seed 4$")).wait_for()
@@ -40,6 +57,8 @@ def test_a_text_is_written_changed_watched_and_downloaded(page):
     watch.evaluate(NOTED)  # a busy computer may look again only after it has ended
     watch.click()
     page.locator('[data-said="Stop,Watch it written"]').wait_for()
+    page.get_by_role("button", name="Make …").click()
+    assert axe(page) == []
     page.get_by_label("Format").select_option("svg")
     with page.expect_download() as download:
         page.get_by_role("button", name="Download").click()
@@ -68,7 +87,6 @@ def test_words_that_read_as_others_are_framed_where_they_lie(page):
 
 def test_refusals_stand_where_the_text_is(page):
     page.get_by_label("Text", exact=True).fill("Ժուկ " * 4000)
-    page.get_by_text("More", exact=True).click()
     page.get_by_label("Lend letters that the hand lacks").uncheck()
     page.locator("form .bad", has_text="Ժ").wait_for()
     watch = page.get_by_role("button", name="Watch it written")
@@ -84,7 +102,7 @@ def test_refusals_stand_where_the_text_is(page):
 
 def test_hands_are_shown_and_a_wrong_one_is_refused(page):
     page.set_viewport_size({"width": 1280, "height": 800 if SHOTS else 360})  # samples are of hands in view
-    page.get_by_role("link", name="Hands").click()
+    page.get_by_role("link", name="My hand").click()
     for name in ("mine", "house-joined"):
         page.locator("li.card", has_text=name).locator("img").first.wait_for()
     kept(page, "hands")
@@ -177,24 +195,24 @@ def test_a_word_is_written_again_and_the_block_is_moved_by_keys_alone(page):
     page.goto(page.home + "#write")
     page.get_by_label("Text", exact=True).fill("Dear Ada, again")
     page.locator(".told", has_text="1 line").wait_for()
-    page.get_by_role("button", name="Words", exact=True).press("Enter")
+    page.get_by_role("button", name="Rewrite a word", exact=True).press("Enter")
     for key in ("ArrowRight", "Enter"):
         page.locator(".marks.words:focus").press(key)
     page.locator(".told", has_text="Written again: “Ada,”. All other words are kept.").wait_for()
     page.get_by_label("Text", exact=True).fill("Oh dear Ada, again")  # it is found where it went
     page.locator(".told", has_text="Written again: “Ada,”").wait_for()
     assert axe(page) == []
-    page.get_by_role("button", name="Block", exact=True).press("Enter")
+    page.get_by_role("button", name="Move the text", exact=True).press("Enter")
     page.locator(".marks.block:focus").press("ArrowRight")
     # of two requests the first may have gone already
     with page.expect_request(lambda request: "10.5mm,10.5mm,10.5mm,11.5mm" in (request.post_data or "")) as asked:
         page.locator(".marks.block:focus").press("Shift+ArrowLeft")
     assert asked.value.post_data_json["rewritten"] == [[8, 1]]
-    page.get_by_role("button", name="Block", exact=True).press("Enter")
+    page.get_by_role("button", name="Move the text", exact=True).press("Enter")
     page.get_by_label("Kind of text").select_option("letter")
     page.get_by_label("Text", exact=True).fill("# A card\n\nDear *Ada*")
     page.locator(".told", has_text="2 lines").wait_for()
-    page.get_by_role("button", name="Words", exact=True).press("Enter")
+    page.get_by_role("button", name="Rewrite a word", exact=True).press("Enter")
     for key in ("ArrowLeft", "Enter"):
         page.locator(".marks.words:focus").press(key)
     page.locator(".told", has_text="Written again: “Ada”.").wait_for()
@@ -221,11 +239,12 @@ def test_a_word_is_written_again_and_the_block_is_moved_by_keys_alone(page):
 def test_a_text_goes_to_the_plotter_and_its_pen_is_seen(page):
     page.goto(page.home + "#write")
     page.get_by_label("Text", exact=True).fill("Hi hi hi hi hi hi hi hi hi")  # it is not done when it is paused
-    page.get_by_role("button", name="Plot …").click()
+    page.get_by_role("button", name="Make …").click()
     page.get_by_role("button", name="Look at it on the bed").click()
     page.locator(".bed .stroke.pale").first.wait_for()
     assert axe(page) == []
-    page.get_by_label("Port").select_option("sim:?realtime=1")
+    assert page.get_by_label("Connected at").input_value() in ("sim:", *usb_ports()), "no machine has to be there"
+    page.get_by_label("Connected at").select_option("sim:?realtime=1")
     page.get_by_role("button", name="Draw", exact=True).press("Enter")
     page.locator(".bed .nib:not([hidden])").wait_for()
     kept(page, "jobs", 2500)
@@ -234,29 +253,76 @@ def test_a_text_goes_to_the_plotter_and_its_pen_is_seen(page):
     page.reload()  # the plot goes on without the page, and another page may attend to it
     page.get_by_role("button", name="Stop").press("Enter")
     page.get_by_text("It ended: it was stopped at the page.").wait_for()
-    page.get_by_label("Port").select_option("sim:")
-    page.get_by_role("button", name="Go on").press("Enter")
+    page.get_by_label("Connected at").select_option("sim:")
+    page.get_by_role("button", name="Continue").press("Enter")
     page.get_by_text("All of it is on paper.").wait_for()
 
 
-def test_a_batch_is_looked_at_approved_and_made(page):
-    page.goto(page.home + "#jobs")
-    page.get_by_text("A new batch").press("Enter")
-    table = {"name": "people.csv", "mimeType": "text/csv", "buffer": "First name\nAda\nZoë\n".encode()}
-    page.get_by_label("Table").set_input_files(table)
-    page.get_by_label("Letter; empty").fill("Dear {{ first_nam }}")
-    page.get_by_role("button", name="Keep the batch").click()
-    page.locator(".bad", has_text="did you mean first_name?").wait_for()
-    page.get_by_label("Table").set_input_files(table)
-    page.get_by_label("Letter; empty").fill("Dear {{ first_name }},\n\nplease come.")
-    page.get_by_role("button", name="Keep the batch").click()
-    page.get_by_role("button", name="Make a proof").press("Enter")
-    page.get_by_role("button", name="Make the proof anew").press("Enter")
-    page.get_by_role("button", name="Approve", exact=True).press("Enter")
-    assert page.locator(".proofs img").count() == 2
+def given(page, name, text):
+    page.get_by_label("table", exact=False).first.set_input_files(
+        {"name": name, "mimeType": "text/csv", "buffer": text.encode()}
+    )
+
+
+def test_letters_are_made_from_a_table_by_pressing_what_comes_next(page):
+    page.goto(page.home + "#home")
+    gestures = []
+
+    def press(name):
+        page.get_by_role("button", name=name).press("Enter")
+        gestures.append(name)
+
+    page.get_by_role("link", name="Letters from a table").first.click()
+    press("Try it with a sample")
+    page.get_by_text("10 rows").wait_for()
     assert axe(page) == []
-    page.get_by_role("button", name="Make the PDF").press("Enter")
+    kept(page, "table", 500)
+    press("Next: the letter")
+    page.locator(".sheet svg path.stroke").first.wait_for()
+    kept(page, "table-letter", 500)
+    assert axe(page) == []
+    press("Next: the paper")
+    page.get_by_label("Made by").wait_for()
+    assert axe(page) == []
+    press("Next: a proof of every letter")
+    press("Leave out: row 3")
+    kept(page, "table-proof", 2500)
+    assert page.locator(".proofs img").count() == 10 and axe(page) == []
+    press("Approve the other 9")
+    press("Make the PDF")
     with page.expect_download() as download:
-        page.get_by_role("button", name="Save the PDF").press("Enter")
-    assert Path(download.value.path()).read_bytes().startswith(b"%PDF")
-    page.get_by_role("button", name="Close").press("Enter")
+        press("Save the PDF")
+    import pikepdf
+
+    assert len(pikepdf.open(download.value.path()).pages) == 9 and len(gestures) < 30
+    page.locator(".rows tr", has_text="left out").wait_for()
+    assert page.locator(".rows tr", has_text="done").count() == 9
+
+
+def test_a_table_s_odd_rows_and_a_letter_s_wrong_gaps_are_told_before_anything_is_made(page):
+    page.goto(page.home + "#table")
+    given(page, "people.csv", "First name,Gift\nAda,jam\nAda,jam\nZoë,\n")
+    page.get_by_text("3 rows").wait_for()
+    page.get_by_text("rows 2 and 3 are the same", exact=False).wait_for()
+    page.get_by_role("button", name="Next: the letter").press("Enter")
+    page.get_by_label("Letter", exact=True).fill("Dear {{ first_nam }}")
+    page.locator(".bad", has_text="did you mean first_name?").wait_for()
+    page.get_by_label("Letter", exact=True).fill("Dear ")
+    page.get_by_role("button", name="first name").press("Enter")
+    page.keyboard.type(", thank you for the ")
+    page.get_by_role("button", name="gift").press("Enter")
+    page.locator('.sheet svg[aria-label="Dear Ada, thank you for the jam"]').wait_for()
+    page.get_by_role("button", name="Row before").press("Enter")
+    page.get_by_text("row 4: Zoë").wait_for()
+    page.locator(".asks .bad", has_text="gift").wait_for()
+    page.get_by_role("button", name="Next: the paper").press("Enter")
+    page.get_by_text("No envelopes").wait_for()
+    with page.expect_response("**/api/drafts/batch"):
+        page.get_by_label("Paper").select_option("A5")
+    page.reload()
+    page.get_by_label("Paper").wait_for()
+    assert page.get_by_label("Paper").input_value() == "A5", "nothing is lost by loading the page anew"
+    page.get_by_role("button", name="Next: a proof").press("Enter")
+    page.get_by_text("1 row cannot be made").wait_for()
+    page.get_by_role("button", name="Change the letter").press("Enter")
+    assert "gift" in page.get_by_label("Letter", exact=True).input_value()

@@ -1,7 +1,7 @@
 // The page Calibration: chart and strip printed, scans dropped, what was found drawn on them, before and after, history.
 
 import { blob, fileOf, request, task } from './api.js';
-import { choice, field, h, s, save, say, tick } from './dom.js';
+import { choice, field, h, picker, s, save, say, tick } from './dom.js';
 
 const TAKEN = '.png,.jpg,.jpeg,.tif,.tiff,.webp,.bmp';
 const PRINTS = ['print the chart', 'print the verification strip'];
@@ -105,7 +105,7 @@ export async function show(main, shared, [printerWanted, paperWanted]) {
   async function opened(afresh = false) {
     state = null;
     take(await step('state', { afresh }, 'looking'));
-    if (state.resumed && !afresh && state.number > 1) panel.prepend(h('p', { class: 'quiet' }, `Going on with what was begun on ${state.begun.slice(0, 16).replace('T', ' at ')}. `, button('Begin afresh', () => opened(true))));
+    if (state.resumed && !afresh && state.number > 1) panel.prepend(h('p', { class: 'quiet' }, `Going on with what was begun on ${state.begun.slice(0, 16).replace('T', ' at ')}. `, button('Start afresh', () => opened(true))));
   }
   function take(done) { state = done.facts; draw(); }
 
@@ -169,11 +169,8 @@ export async function show(main, shared, [printerWanted, paperWanted]) {
       if (state.step === PRINTS[1]) parts.push(h('div', { class: 'row after' }, button('Store without a strip', stored)));
       parts.push(h('p', { class: 'quiet after' }, 'Print it at 100 %, without colour management.'));
     } else if (SCANS.includes(state.step)) {
-      const input = h('input', { type: 'file', multiple: state.step === SCANS[0] && state.pages > 1, accept: TAKEN });
-      const drop = h('div', { class: 'drop' }, field(state.pages > 1 && state.step === SCANS[0] ? `Scans of the ${state.pages} pages` : 'The scan', input), h('p', { class: 'quiet' }, 'Drop it here, or choose: TIFF or PNG, 300 dpi, in colour.'));
-      input.addEventListener('change', () => act(() => scanned([...input.files])));
-      for (const kind of ['dragover', 'dragleave', 'drop']) drop.addEventListener(kind, (event) => { event.preventDefault(); drop.classList.toggle('over', kind === 'dragover'); });
-      drop.addEventListener('drop', (event) => { const files = [...event.dataTransfer.files]; if (files.length) act(() => scanned(files)); });
+      const drop = picker(state.pages > 1 && state.step === SCANS[0] ? `Scans of the ${state.pages} pages` : 'The scan', 'Drop it here: TIFF or PNG, 300 dpi, in colour.',
+        { multiple: state.step === SCANS[0] && state.pages > 1, accept: TAKEN }, (files) => act(() => scanned(files)));
       parts.push(drop);
       if (state.step === SCANS[0]) parts.push(acceptLabel);
       if (state.kept) parts.push(h('p', { class: 'quiet' }, `${state.kept} good ${state.kept > 1 ? 'scans are' : 'scan is'} kept.`));
@@ -197,7 +194,7 @@ export async function show(main, shared, [printerWanted, paperWanted]) {
   function past() {
     const groups = new Map();
     for (const one of known.stored) groups.set(`${one.printer} on ${one.paper}`, [...(groups.get(`${one.printer} on ${one.paper}`) || []), one]);
-    history.replaceChildren(h('h2', {}, 'What is calibrated'), ...(groups.size ? [] : [h('p', { class: 'quiet' }, 'Nothing yet.')]), ...[...groups].map(([name, list]) => h(
+    history.replaceChildren(h('h2', {}, 'What is calibrated'), ...(groups.size ? [] : [h('p', { class: 'quiet' }, 'Nothing yet: what you calibrate stands here, with before and after.')]), ...[...groups].map(([name, list]) => h(
       'details', { open: groups.size < 3 }, h('summary', {}, h('strong', {}, name), ` ${list.length > 1 ? `${list.length} times, ` : ''}${list[0].age_days ? `${list[0].age_days} days ago` : 'today'}`),
       list.map((one, at) => h('article', {}, h('div', { class: 'row between' }, h('span', {}, `${one.made.slice(0, 16).replace('T', ' ')}${at ? '' : ', used now'}`), one.report ? h('button', { type: 'button', onclick: () => report(one, one.made) }, 'Report') : ''),
         h('p', { class: 'quiet' }, one.verified ? `${difference(one.verified)}.` : 'Not verified.', one.pen.hand ? ` The pen in its frame: ${one.pen.hand}.` : '', one.scanner ? ` Scanner: ${one.scanner}.` : ''),
@@ -205,16 +202,16 @@ export async function show(main, shared, [printerWanted, paperWanted]) {
     )));
   }
 
-  const begin = h('button', { class: 'main' }, 'Begin, or go on');
-  const form = h('form', { 'aria-label': 'What is calibrated' }, field('Printer', printer), h('div', { class: 'grid' }, field('Paper', paper), field('Sheet', sheet)), papers, field('Verify with the ink of', hand), h('div', { class: 'row' }, begin));
+  const begin = h('button', { class: 'main' }, 'Start or continue');
+  const form = h('form', { 'aria-label': 'What is calibrated' }, field('Printer', printer), h('div', { class: 'grid' }, field('Paper', paper), field('Sheet', sheet)), papers, field('Prove it with the ink of the handwriting', hand), h('div', { class: 'row' }, begin));
   form.addEventListener('submit', (event) => { event.preventDefault(); seen.replaceChildren(); act(() => opened()); });
   const offered = () => papers.replaceChildren(...[...new Set([...(printer.value === 'simulated' ? known.simulated.papers : ['plain']), ...known.stored.filter((one) => one.printer === printer.value).map((one) => one.paper)])].map((one) => h('option', { value: one })));
   printer.addEventListener('change', offered);
   offered(); past();
-  main.replaceChildren(h('div', { class: 'calibration' }, h('h1', {}, 'Calibration'), h('div', { class: 'columns' },
+  main.replaceChildren(h('div', { class: 'calibration' }, h('h1', {}, 'Colours that match'), h('div', { class: 'columns' },
     h('div', {}, h('section', { class: 'panel' }, form), h('section', { class: 'panel', 'aria-label': 'The step' }, steps, refusal, work, panel), history), seen)));
   seen.replaceChildren(h('p', { class: 'quiet' }, 'Print a chart, scan it with the scanner of the handwriting, and pages for this printer have the colours that were wanted.'));
-  panel.replaceChildren(h('p', { class: 'quiet' }, 'Choose a printer and what the paper in it is called.'));
+  panel.replaceChildren(h('p', { class: 'quiet' }, 'Choose a printer and what the paper in it is called, then start. To see how it goes, without paper:'), h('div', { class: 'row' }, h('a', { class: 'button', href: '#calibration/sim/white' }, 'Try it with the simulated printer')));
   if (printerWanted) act(() => opened());
   return () => own?.abort();
 }

@@ -8,7 +8,7 @@ function filled(element, properties, children) {
     else if (value === true) element.setAttribute(name, '');
     else if (value !== false && value !== undefined && value !== null) element.setAttribute(name, value);
   }
-  element.append(...children.flat().filter((child) => child !== null && child !== undefined && child !== false));
+  element.append(...children.flat(Infinity).filter((child) => child !== null && child !== undefined && child !== false));
   return element;
 }
 
@@ -30,6 +30,26 @@ export function tick(label, properties) {
 
 export function choice(names_, labels = {}) {
   return h('select', {}, names_.map((name) => h('option', { value: name }, labels[name] ?? name)));
+}
+
+/** A row of steps: those before `at` are done, those before `open` can be gone to. */
+export function steps(titles, at, open, go) {
+  return h('ol', { class: 'steps', 'aria-label': 'Steps' }, titles.map((title, number) => h('li', { class: number < at ? 'over' : undefined, 'aria-current': number === at ? 'step' : undefined },
+    number < open && number !== at ? h('button', { type: 'button', onclick: () => go(number) }, title) : title)));
+}
+
+/** A place to drop files on, or to choose them; `given` hears the files, which are none twice. */
+export function picker(label, hint, properties, given) {
+  const input = h('input', { type: 'file', id: `field-${names += 1}`, ...properties });
+  const take = (files) => { if (files.length) given([...files]); input.value = ''; };
+  const element = h('div', { class: 'drop' }, h('label', { for: input.id }, label),
+    h('span', { class: 'button', 'aria-hidden': 'true' }, properties.multiple ? 'Choose files' : 'Choose a file'), h('span', { class: 'quiet small' }, hint), input);
+  input.addEventListener('change', () => take(input.files));
+  for (const kind of ['dragover', 'dragleave', 'drop']) {
+    element.addEventListener(kind, (event) => { event.preventDefault(); element.classList.toggle('over', kind === 'dragover'); });
+  }
+  element.addEventListener('drop', (event) => take(event.dataTransfer.files));
+  return element;
 }
 
 /** Says a sentence at the edge of the window for a while. */

@@ -1,7 +1,7 @@
 // The page Hands: a gallery, a new hand from scans, what a text would lack, sheets to write on.
 
 import { blob, fileOf, request, task } from './api.js';
-import { choice, field, h, save, say, tick } from './dom.js';
+import { choice, field, h, picker, save, say, tick } from './dom.js';
 import * as drafts from './drafts.js';
 
 const TAKEN = '.png,.jpg,.jpeg,.tif,.tiff,.pdf,.webp,.bmp,.hand';
@@ -98,16 +98,15 @@ function gallery(hands, redraw) {
 function reader(redraw, own, typed) {
   const into = choice(['', ...own], { '': 'a new hand', ...Object.fromEntries(own.map((name) => [name, `more of ${name}`])) });
   const name = h('input', { required: true, pattern: '[\\w\\-]{1,80}', title: 'Letters, digits, - and _', autocomplete: 'off' });
-  const dpi = h('input', { type: 'number', min: 50, max: 2400, placeholder: 'as the files say' });
+  const dpi = h('input', { type: 'number', min: 50, max: 2400, placeholder: 'as the file says' });
   const [keeping, withScan] = tick('Keep the scan around the writing in the file, so that ink can be painted with it', { checked: true });
-  const input = h('input', { type: 'file', multiple: true, accept: TAKEN, 'aria-describedby': 'drop-help' });
   const list = h('div', { class: 'panel-scans' });
   const refusal = h('p', { class: 'bad', role: 'alert' }), unkept = h('p', { class: 'bad', role: 'alert' });
   const result = h('div', { 'aria-live': 'polite' });
   const button = h('button', { class: 'main' }, 'Read the hand');
   const { line, run } = progress();
   const scans = [], texts = typed.texts || {}; // name of a file → what was typed of it, until it is read
-  const drop = h('div', { class: 'drop' }, field('Scans or photographs, or a .hand file', input), h('p', { class: 'quiet', id: 'drop-help' }, 'Drop them here, or choose. 300 dpi or more; PNG, JPEG, TIFF, PDF.'));
+  const drop = picker('Scans or photographs, or a .hand file', 'Drop them here. 300 dpi or more; PNG, JPEG, TIFF, PDF.', { multiple: true, accept: TAKEN }, add);
 
   function add(files) {
     for (const file of files) {
@@ -121,7 +120,6 @@ function reader(redraw, own, typed) {
       scans.push(scan);
       list.append(box);
     }
-    input.value = '';
   }
 
   const keep = () => drafts.keep('texts', { texts }, unkept);
@@ -172,18 +170,13 @@ function reader(redraw, own, typed) {
 
   const nameField = field('Name', name);
   into.addEventListener('change', () => { button.textContent = into.value ? 'Read the pages' : 'Read the hand'; nameField.hidden = Boolean(into.value); name.required = !into.value; });
-  input.addEventListener('change', () => add(input.files));
-  for (const kind of ['dragover', 'dragleave', 'drop']) {
-    drop.addEventListener(kind, (event) => { event.preventDefault(); drop.classList.toggle('over', kind === 'dragover'); });
-  }
-  drop.addEventListener('drop', (event) => add(event.dataTransfer.files));
   return h('section', { class: 'panel' }, h('h2', {}, 'A new hand'), h('form', { onsubmit: submit, 'aria-label': 'A new hand' },
-    drop, list, h('p', { class: 'quiet' }, NEEDS_NO_TEXT), h('div', { class: 'grid' }, own.length ? field('They become', into) : '', nameField, field('Pixels an inch', dpi)), keeping, refusal, unkept, button, line, result));
+    drop, list, h('p', { class: 'quiet' }, NEEDS_NO_TEXT), h('div', { class: 'grid' }, own.length ? field('They become', into) : '', nameField, field('Resolution, dpi', dpi)), keeping, refusal, unkept, button, line, result));
 }
 
 function sheets(hands) {
   const hand = choice(['', ...hands.map((one) => one.name)], { '': 'a new hand' });
-  const pages = h('input', { type: 'number', min: 1, max: 20, placeholder: 'usual' });
+  const pages = h('input', { type: 'number', min: 1, max: 20, placeholder: 'as many as are needed' });
   const page = choice(['A4', 'letter']);
   const refusal = h('p', { class: 'bad', role: 'alert' });
   const button = h('button', {}, 'Make sheets');

@@ -1,8 +1,7 @@
-// The page Jobs: what waits for a plotter, how it lies on the bed, where the pen is; and batches of a table.
+// The page Plotter: what waits for a plotter, how it lies on the bed, where the pen is.
 
 import { follow, request, task, text as fetched } from './api.js';
 import { choice, field, h, s, say, tick } from './dom.js';
-import { batches } from './batches.js';
 import { alike, inOrder, writtenTo } from './replay.js';
 
 const KEPT = 'handout-machine';
@@ -44,6 +43,19 @@ function machine(machines) {
       event.target.focus();
     }
   }
+  /** Ask who is there, and choose its machine. */
+  async function ask(event) {
+    refusal.textContent = ''; found.textContent = 'Asking …'; event.target.disabled = true;
+    try {
+      const { facts } = await request('POST', '/api/machines/asked', { port: port.value });
+      const [profile] = (facts.profiles || []).filter((name) => machines.plotters.some((one) => one.name === name));
+      if (profile) { device.value = profile; keep({ port: port.value, device: profile }); }
+      found.textContent = `${facts.title || facts.firmware || facts.dialect} answers${profile ? ': its machine is chosen' : '; choose its machine'}. Nothing has moved.`;
+    } catch (error) {
+      refusal.textContent = error.message; found.textContent = '';
+    }
+    event.target.disabled = false;
+  }
   const button = (label, body, name) => h('button', { type: 'button', 'aria-label': name, onclick: (event) => move(event, body) }, label);
   const jog = (label, x, y, name) => h('button', {
     type: 'button', class: 'icon', 'aria-label': name,
@@ -55,7 +67,7 @@ function machine(machines) {
   step.setAttribute('aria-label', 'How far');
   for (const control of [port, device]) control.addEventListener('change', () => keep({ port: port.value, device: device.value }));
   const element = h('section', { class: 'panel' }, h('h2', {}, 'Plotter'),
-    h('div', { class: 'grid' }, field('Port', port), field('Machine', device)),
+    h('div', { class: 'grid' }, field('Connected at', port), field('Machine', device)), h('div', { class: 'row after' }, h('button', { type: 'button', onclick: ask }, 'Find my plotter')),
     h('fieldset', { class: 'pen' }, h('legend', {}, 'Pen'),
       h('div', { class: 'row' }, button('Up', { move: 'up' }, 'Pen up'), button('Down', { move: 'down' }, 'Pen down'),
         button('To zero', { move: 'home' }), button('Motors off', { move: 'release' })),
@@ -105,7 +117,7 @@ function bed(place) {
   };
 }
 
-export async function show(main, shared, [chosen, batch]) {
+export async function show(main, shared, [chosen]) {
   const gone = new AbortController();
   const refusal = h('p', { class: 'bad', role: 'alert' });
   const place = h('div', { class: 'bed' });
@@ -114,7 +126,7 @@ export async function show(main, shared, [chosen, batch]) {
   const bar = h('progress', { max: 1, value: 0, 'aria-label': 'Drawn' });
   const question = h('p', { class: 'asked', role: 'alert' });
   const act = (label, work, main_ = false) => h('button', { type: 'button', class: main_ ? 'main' : undefined, onclick: () => work().catch((error) => { refusal.textContent = error.message; }) }, label);
-  const start = act('Draw', draw, true), pause = act('Pause', () => word('pause')), on = act('Go on', () => word('on'), true);
+  const start = act('Draw', draw, true), pause = act('Pause', () => word('pause')), on = act('Continue', () => word('on'), true);
   const stop = act('Stop', () => word('stop')), drop = act('Delete', forget);
   const [zeroLabel, zero] = tick('Pen stands above zero');
   const [homeLabel, home] = tick('Back to zero when stopped');
@@ -142,7 +154,7 @@ export async function show(main, shared, [chosen, batch]) {
   function controls() {
     const now = Boolean(running), asks = Boolean(live.question);
     start.hidden = now || !plot || plot.finished;
-    start.textContent = plot?.runs.length ? 'Go on' : 'Draw';
+    start.textContent = plot?.runs.length ? 'Continue' : 'Draw';
     pause.hidden = !now || asks; on.hidden = !asks; stop.hidden = !now; drop.hidden = now || !plot;
     zeroLabel.hidden = now || !plot?.runs.length || plot.finished; homeLabel.hidden = now || !plot || plot.finished;
     question.textContent = live.question || '';
@@ -199,22 +211,21 @@ export async function show(main, shared, [chosen, batch]) {
       type: 'button', 'aria-current': plot?.job === one.job ? 'true' : undefined, disabled: Boolean(running) && plot?.job !== one.job,
       onclick: () => { refusal.textContent = ''; choose(one.job).then(listed).catch((error) => { refusal.textContent = error.message; }); },
     }, h('span', {}, named(one)), h('span', { class: 'quiet' }, `${one.job} · ${state(one, drawn)}`)))));
-    if (!plots.length) list.replaceChildren(h('li', { class: 'quiet' }, 'No plot is kept. Write something, and choose Plot there.'));
+    if (!plots.length) list.replaceChildren(h('li', { class: 'quiet' }, 'Nothing waits for the plotter. Write something, and make it with a pen: it is shown here first, as it lies on the bed.'), h('li', {}, h('a', { class: 'button', href: '#write' }, 'Write something')));
     return { plots, drawn };
   }
 
-  main.append(h('p', { class: 'middle quiet' }, 'Looking for plotters and printers …'));
+  main.append(h('p', { class: 'middle quiet' }, 'Looking for plotters …'));
   const machines = await request('GET', '/api/machines', undefined, gone.signal);
   main.replaceChildren();
   const devices = machine(machines);
   main.append(h('div', { class: 'jobs' },
-    h('div', { class: 'column' }, h('h1', { class: 'hidden' }, 'Jobs'), devices.element, h('section', { class: 'panel' }, h('h2', {}, 'Plots'), list),
-      batches(shared, machines, devices, gone.signal, chosen === 'batch' ? batch : '')),
+    h('div', { class: 'column' }, h('h1', { class: 'hidden' }, 'Plotter'), devices.element, h('section', { class: 'panel' }, h('h2', {}, 'Plots'), list)),
     h('section', { class: 'desk', 'aria-label': 'The bed' }, h('div', { class: 'tools' }, start, on, pause, stop, drop, zeroLabel, homeLabel),
       h('div', { class: 'asks' }, refusal, question), bar, place, told)));
   controls();
   const { plots, drawn } = await listed();
   const first = plots.find((one) => one.job === chosen) || plots.find((one) => one.job in drawn) || plots.find((one) => !one.finished);
-  if (first) { await choose(first.job); await listed(); } else place.replaceChildren(h('p', { class: 'quiet' }, 'Nothing lies on the bed.'));
+  if (first) { await choose(first.job); await listed(); } else place.replaceChildren(h('p', { class: 'quiet' }, 'Nothing lies on the bed yet.'));
   return () => { left = true; gone.abort(); };
 }

@@ -19,7 +19,8 @@ function chooser(hands, name) {
 }
 
 function greeting(hands) {
-  return h('div', { class: 'middle' }, h('h1', {}, 'Letters'), h('p', {}, 'Look through the letters of a hand from paper, and put right what was read wrongly. The program learns from it.'), chooser(hands, ''));
+  return h('div', { class: 'middle' }, h('h1', {}, 'Correct letters'), h('p', {}, 'Look through the letters of a hand from paper, and put right what was read wrongly. The program learns from it.'), chooser(hands, ''),
+    hands.some((hand) => hand.own) ? '' : h('p', { class: 'after' }, 'You have no hand of your own yet. ', h('a', { class: 'button', href: '#hands' }, 'Make one')));
 }
 
 function copying(hands, name, shared) {

@@ -1,36 +1,48 @@
-// The frame: the session, and which page is shown.
+// The frame: the session, the doors, and which page is shown.  A page is fetched when it is first opened.
 
 import { open, key, request } from './api.js';
 import { h, say } from './dom.js';
-import * as write from './write.js';
-import * as hands from './hands.js';
-import * as letters from './letters.js';
-import * as style from './style.js';
-import * as jobs from './jobs.js';
-import * as calibration from './calibration.js';
 
+/** Pages by their place in the address: title, module. */
 const PAGES = {
-  write: ['Write', write], hands: ['Hands', hands], letters: ['Letters', letters], style: ['Style', style],
-  calibration: ['Calibration', calibration], jobs: ['Jobs', jobs],
+  home: ['Start', () => import('./home.js')],
+  write: ['Write', () => import('./write.js')],
+  table: ['Letters from a table', () => import('./table.js')],
+  hands: ['All hands', () => import('./hands.js')],
+  letters: ['Correct letters', () => import('./letters.js')],
+  jobs: ['Plotter', () => import('./jobs.js')],
+  calibration: ['Colours', () => import('./calibration.js')],
+  style: ['Handstyles', () => import('./style.js')],
 };
+/** Doors: what the link says, and the pages behind it. */
+const DOORS = { write: ['Write', []], table: ['From a table', []], hands: ['My hand', ['hands', 'letters']], jobs: ['On the desk', ['jobs', 'calibration', 'style']] };
 const main = document.querySelector('#main');
 const shared = { choices: null, async refresh() { this.choices = await request('GET', '/api/choices'); } };
 let leave = null, shown = 0;
 
+function links(name) {
+  const door = Object.keys(DOORS).find((id) => id === name || DOORS[id][1].includes(name));
+  const to = (id, label, here) => h('a', { href: `#${id}`, 'aria-current': here ? 'page' : undefined }, label);
+  const within = (door && DOORS[door][1]) || [];
+  document.querySelector('#pages').replaceChildren(...Object.entries(DOORS).map(([id, [label]]) => to(id, label, id === door)));
+  const inner = document.querySelector('#within');
+  inner.hidden = !within.length;
+  inner.replaceChildren(...within.map((id) => to(id, PAGES[id][0], id === name)));
+  for (const here of document.querySelectorAll('nav [aria-current]')) here.scrollIntoView({ block: 'nearest', inline: 'nearest' });
+}
+
 async function show() {
-  const [name, ...rest] = (location.hash.slice(1) || 'write').split('/');
-  const [title, page] = PAGES[name] || PAGES.write;
-  document.querySelector('#pages').replaceChildren(...Object.entries(PAGES).map(([id, [label]]) => h(
-    'a', { href: `#${id}`, 'aria-current': label === title ? 'page' : undefined }, label,
-  )));
-  document.querySelector('#pages [aria-current]').scrollIntoView({ block: 'nearest', inline: 'nearest' });
+  const [asked, ...rest] = (location.hash.slice(1) || 'home').split('/');
+  const name = asked in PAGES ? asked : 'home', [title, module] = PAGES[name];
+  links(name);
   document.title = `${title} – handout studio`;
   leave?.();
   leave = null;
   // each in a place of its own: one that is left while it is still coming writes into nothing
   const own = shown += 1, place = h('div', { class: 'page' });
   main.replaceChildren(place);
-  const left = await page.show(place, shared, rest.map(decodeURIComponent));
+  const page = await module();
+  const left = own === shown ? await page.show(place, shared, rest.map(decodeURIComponent)) : null;
   if (own === shown) leave = left; else left?.();
 }
 

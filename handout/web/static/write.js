@@ -2,7 +2,7 @@
 
 import { request, task, blob, text as fetched, fileOf } from './api.js';
 import * as drafts from './drafts.js';
-import { h, s, field, tick, choice, say, save } from './dom.js';
+import { h, s, field, tick, choice, picker, say, save } from './dom.js';
 import { play } from './replay.js';
 import { marks, moved } from './marks.js';
 
@@ -11,10 +11,13 @@ const PAUSE = { least: 120, most: 700 }; // ms after the last key; between them 
 const SCREEN_DPI = 150;
 const INKS = { '': 'the pen’s own', '#20223a': 'black', '#24408e': 'blue', '#7c1f2b': 'red', '#1f5a3c': 'green' };
 const FORMATS = { pdf: 'PDF', svg: 'SVG', png: 'PNG', inkml: 'InkML', json: 'JSON', gcode: 'G-code', hpgl: 'HP-GL', ebb: 'EBB' };
-const KINDS = { text: 'Text', letter: 'Letter file (Markdown)' };
+const KINDS = { text: 'Plain text', letter: 'With headings and pictures (Markdown)' };
+const ALIGNED = { ragged: 'as people write', left: 'at the left', centre: 'in the middle', right: 'at the right' };
 const DIE = 'M5 3h14a2 2 0 0 1 2 2v14a2 2 0 0 1-2 2H5a2 2 0 0 1-2-2V5a2 2 0 0 1 2-2Zm0 2v14h14V5Zm3 1.7A1.6 1.6 0 1 1 8 9.9a1.6 1.6 0 0 1 0-3.2Zm8 0a1.6 1.6 0 1 1 0 3.2 1.6 1.6 0 0 1 0-3.2Zm-4 3.7a1.6 1.6 0 1 1 0 3.2 1.6 1.6 0 0 1 0-3.2Zm-4 3.7a1.6 1.6 0 1 1 0 3.2 1.6 1.6 0 0 1 0-3.2Zm8 0a1.6 1.6 0 1 1 0 3.2 1.6 1.6 0 0 1 0-3.2Z';
 
 const sent = new Map(); // pictures of letters that were sent: name → its number at the server
+const PROGRAMS = ['gcode', 'hpgl', 'ebb']; // formats that are for one machine
+const NARROW = matchMedia('(max-width: 44rem)');
 const random = () => Math.floor(Math.random() * 1e6);
 const plural = (count, word) => `${count} ${word}${count === 1 ? '' : 's'}`;
 const clock = (seconds) => (seconds < 90 ? `${Math.round(seconds)} s` : `${Math.round(seconds / 60)} min`);
@@ -31,12 +34,12 @@ function controls(choices, kept) {
     kind: choice(Object.keys(KINDS), KINDS),
     hand: hands,
     page: choice(choices.pages),
-    x_height: h('input', { type: 'number', min: 0.8, max: 20, step: 0.1, placeholder: 'usual' }),
-    pen: choice(['', ...choices.pens], { '': 'usual' }),
+    x_height: h('input', { type: 'number', min: 0.8, max: 20, step: 0.1, placeholder: 'as the hand writes' }),
+    pen: choice(['', ...choices.pens], { '': 'the hand’s own' }),
     ink: choice([...Object.keys(INKS), 'other'], { ...INKS, other: 'another …' }),
     colour: h('input', { type: 'color', value: '#31457a', 'aria-label': 'Colour of the ink' }),
     paper: choice(choices.papers, { none: 'white' }),
-    align: choice(['ragged', 'left', 'centre', 'right']),
+    align: choice(Object.keys(ALIGNED), ALIGNED),
     style: choice(['', ...choices.styles], { '': 'the hand’s own' }),
     variation: h('input', { type: 'range', min: 0, max: 2, step: 0.1, value: 1 }),
     slips: h('input', { type: 'number', min: 0, max: 100, step: 1, value: 0 }),
@@ -104,27 +107,27 @@ export async function show(main, shared, [hand]) {
   const machines = Object.fromEntries(shared.choices.plotters.map((one) => [one.name, one.title]));
   const made = controls(shared.choices, kept);
   const [fallback, lend] = tick('Lend letters that the hand lacks', { checked: kept.fallback ?? true });
-  const [fitting, fit] = tick('Shrink what does not fit', { checked: kept.fit ?? false });
+  const [fitting, fit] = tick('Write smaller what does not fit', { checked: kept.fit ?? false });
   const ticks = { fallback: lend, fit };
   const spread = h('output', {}, made.variation.value);
-  const die = h('button', { type: 'button', class: 'icon', title: 'Another seed', 'aria-label': 'Another seed' }, s('svg', { viewBox: '0 0 24 24', 'aria-hidden': 'true' }, s('path', { d: DIE })));
+  const die = h('button', { type: 'button', class: 'icon', title: 'Write it another way', 'aria-label': 'Write it another way' }, s('svg', { viewBox: '0 0 24 24', 'aria-hidden': 'true' }, s('path', { d: DIE })));
   const refusal = h('p', { class: 'bad', role: 'alert' }), unkept = h('p', { class: 'bad', role: 'alert' });
-  const file = h('input', { type: 'file', accept: '.png,.jpg,.jpeg,.webp' });
-  const pictures = field('A picture for the letter', file);
+  const pictures = picker('A picture for the letter', 'Drop it here: PNG, JPEG or WebP.', { accept: '.png,.jpg,.jpeg,.webp' }, pictureSent);
   const form = h(
     'form', { 'aria-label': 'What is written' },
     h('div', { class: 'row between' }, h('label', { for: 'text' }, 'Text'), made.kind), made.text, pictures, refusal, unkept,
-    h('div', { class: 'grid' },
-      field('Hand', made.hand), field('Page', made.page),
-      field('Pen', made.pen), h('div', {}, h('label', { for: 'ink' }, 'Ink'), h('div', { class: 'joined' }, made.ink, made.colour)),
-      field('Paper', made.paper), field('Height of an x, mm', made.x_height),
-      h('div', {}, h('label', { for: 'variation' }, 'Variation ', spread), made.variation),
-      h('div', {}, h('label', { for: 'seed' }, 'Seed'), h('div', { class: 'joined' }, made.seed, die))),
-    h('details', { open: Boolean(kept.more) }, h('summary', {}, 'More'),
-      h('div', { class: 'grid' }, field('Lines', made.align), field('Handstyle', made.style),
-        field('Slips in 100 words', made.slips), h('div', {}), h('div', { class: 'all' }, fallback), h('div', { class: 'all' }, fitting))),
+    h('details', { class: 'looks', open: kept.looks ?? !NARROW.matches }, h('summary', {}, 'How it looks'),
+      h('div', { class: 'grid' },
+        field('Hand', made.hand), field('Page', made.page),
+        field('Pen', made.pen), h('div', {}, h('label', { for: 'ink' }, 'Ink'), h('div', { class: 'joined' }, made.ink, made.colour)),
+        field('Paper', made.paper), field('Lines lie', made.align),
+        h('div', {}, field('Letter height, mm', made.x_height), h('span', { class: 'quiet small' }, 'of an x; empty: as the hand writes')),
+        h('div', {}, h('span', { class: 'label' }, 'Another version'), h('div', { class: 'joined' }, die, h('span', { class: 'quiet small' }, 'the same words, written again')))),
+      h('details', { class: 'more', open: Boolean(kept.more) }, h('summary', {}, 'More'),
+        h('div', { class: 'grid' }, h('div', {}, h('label', { for: 'variation' }, 'How much letters vary: ', spread), made.variation), field('Handstyle', made.style),
+          field('Words struck out, in 100', made.slips), field('Seed', made.seed), h('div', { class: 'all' }, fallback), h('div', { class: 'all' }, fitting)))),
   );
-  made.text.id = 'text'; made.kind.setAttribute('aria-label', 'Kind of text'); made.ink.id = 'ink'; made.variation.id = 'variation'; made.seed.id = 'seed';
+  made.text.id = 'text'; made.kind.setAttribute('aria-label', 'Kind of text'); made.ink.id = 'ink'; made.variation.id = 'variation';
 
   const back = h('button', { type: 'button', class: 'icon', 'aria-label': 'Page before' }, '‹');
   const on = h('button', { type: 'button', class: 'icon', 'aria-label': 'Next page' }, '›');
@@ -133,10 +136,7 @@ export async function show(main, shared, [hand]) {
   const pace = choice(['1', '2', '5', '20'], { 1: 'true speed', 2: '2 ×', 5: '5 ×', 20: '20 ×' });
   pace.setAttribute('aria-label', 'Speed');
   const [wayLabel, way] = tick('Pen’s path');
-  const download = h('button', { type: 'button', class: 'main' }, 'Download');
-  const plot = h('button', { type: 'button' }, 'Plot …'), print = h('button', { type: 'button' }, 'Print …');
-  made.format.setAttribute('aria-label', 'Format');
-  made.device.setAttribute('aria-label', 'Plotter');
+  const make = h('button', { type: 'button', class: 'main make' }, 'Make …');
   const bar = h('progress', { max: 1, value: 0, 'aria-label': 'Progress' });
   const stage = h('span', { class: 'quiet' });
   const cancel = h('button', { type: 'button' }, 'Cancel');
@@ -144,14 +144,14 @@ export async function show(main, shared, [hand]) {
   work.hidden = true;
   const sheet = h('figure', { class: 'sheet', 'aria-label': 'The page' });
   const toggle = (label, name) => h('button', { type: 'button', 'aria-pressed': 'false', onclick: () => { mode = mode === name ? '' : name; overlaid(true); } }, label);
-  const modes = { words: toggle('Words', 'words'), block: toggle('Block', 'block') };
+  const modes = { words: toggle('Rewrite a word', 'words'), block: toggle('Move the text', 'block') };
   const paper = h('div', { class: 'paper', tabindex: 0, 'aria-label': 'The page, to scroll' }, sheet);
   const spoken = h('p', { class: 'hidden', 'aria-live': 'polite' });
   const notes = h('div', { class: 'told', 'aria-live': 'polite' });
   main.append(h('div', { class: 'write' }, h('h1', { class: 'hidden' }, 'Write'), form, h(
     'section', { class: 'desk', 'aria-label': 'The page' },
-    h('div', { class: 'tools' }, h('span', { class: 'joined' }, back, place, on), replay, h('span', {}, pace), wayLabel, h('span', { class: 'joined' }, modes.words, modes.block),
-      h('span', { class: 'joined push' }, plot, print, made.device, made.format, download)),
+    h('div', { class: 'bar' },
+      h('div', { class: 'tools' }, h('span', { class: 'joined' }, back, place, on), h('span', { class: 'joined' }, modes.words, modes.block), h('span', { class: 'joined' }, replay, pace, wayLabel)), make),
     paper, work, notes, spoken,
   )));
 
@@ -165,10 +165,9 @@ export async function show(main, shared, [hand]) {
 
   function keep() {
     const values = Object.fromEntries(Object.entries(made).map(([name, control]) => [name, control.value]));
-    drafts.keep('draft', { ...values, fallback: lend.checked, fit: fit.checked, more: form.querySelector('details').open, rewritten: [...rewritten], margin }, unkept);
+    drafts.keep('draft', { ...values, fallback: lend.checked, fit: fit.checked, more: form.querySelector('.more').open, looks: form.querySelector('.looks').open, rewritten: [...rewritten], margin }, unkept);
     pictures.hidden = made.kind.value !== 'letter';
     made.colour.hidden = made.ink.value !== 'other';
-    made.device.hidden = !['gcode', 'hpgl', 'ebb'].includes(made.format.value);
     spread.textContent = made.variation.value === '1' ? 'as people vary' : made.variation.value === '0' ? 'none' : made.variation.value;
   }
 
@@ -339,27 +338,16 @@ export async function show(main, shared, [hand]) {
   }
 
   async function downloaded() {
-    download.disabled = true; refusal.textContent = '';
-    const format = made.format.value;
-    const body = { ...asking(), format };
-    if (!made.device.hidden && made.device.value) body.device = made.device.value;
+    const format = made.format.value, body = { ...asking(), format };
+    if (PROGRAMS.includes(format) && made.device.value) body.device = made.device.value;
     const own = coming = new AbortController();
-    try {
-      const done = await task('/api/write', body, heard, own.signal);
-      for (const [number, name] of done.facts.files.entries()) save(await blob(fileOf(done, number)), name.replace(/^page/, called(body.text)));
-      say(`Saved ${plural(done.facts.files.length, 'file')}. ${(done.facts.notes || []).join(' ')}`);
-    } catch (error) {
-      if (error.name !== 'AbortError') refusal.textContent = error.message;
-    } finally {
-      download.disabled = false; work.hidden = true;
-    }
+    const done = await task('/api/write', body, heard, own.signal).finally(() => { work.hidden = true; });
+    for (const [number, name] of done.facts.files.entries()) save(await blob(fileOf(done, number)), name.replace(/^page/, called(body.text)));
+    say(`Saved ${plural(done.facts.files.length, 'file')}. ${(done.facts.notes || []).join(' ')}`);
   }
 
   /** A picture goes to the server, and its name into the letter, where the cursor stands. */
-  async function pictureSent() {
-    const [chosen] = file.files;
-    file.value = '';
-    if (!chosen) return;
+  async function pictureSent([chosen]) {
     refusal.textContent = '';
     try {
       const [, stem, suffix] = chosen.name.match(/^(.*?)(\.[^.]*)?$/s);
@@ -372,52 +360,53 @@ export async function show(main, shared, [hand]) {
     }
   }
 
-  /** Ask where it goes in a window, then hand it over to the page Jobs. */
-  function handed(title, fields, label, send) {
-    const wrong = h('p', { class: 'bad', role: 'alert' }), go = h('button', { class: 'main' }, label);
-    const dialog = h('dialog', { 'aria-label': title }, h('h2', {}, title), h('form', {
-      class: 'panel-form',
-      async onsubmit(event) {
-        event.preventDefault();
-        go.disabled = true; wrong.textContent = '';
-        try {
-          location.hash = await send();
-          dialog.close();
-        } catch (error) {
-          wrong.textContent = error.message;
+  /** The window that asks what is to be made of the page: a file, print or plot. */
+  function making() {
+    const wrong = h('p', { class: 'bad', role: 'alert' });
+    const part = (title, fields, label, work_, main_ = false) => {
+      const go = h('button', { class: main_ ? 'main' : undefined }, label);
+      return h('form', {
+        class: 'panel-form', 'aria-label': title,
+        async onsubmit(event) {
+          event.preventDefault();
+          go.disabled = true; wrong.textContent = '';
+          try {
+            const to = await work_();
+            dialog.close();
+            if (to) location.hash = to;
+          } catch (error) {
+            if (error.name !== 'AbortError') wrong.textContent = error.message;
+          }
           go.disabled = false;
-        }
-      },
-    }, fields, wrong, h('div', { class: 'row' }, go, h('button', { type: 'button', onclick: () => dialog.close() }, 'Not now'))));
-    dialog.addEventListener('close', () => dialog.remove());
+        },
+      }, h('h3', {}, title), fields, h('div', { class: 'row' }, go));
+    };
+    const before = { device: 'plotter-grbl-servo', ...JSON.parse(localStorage.getItem('handout-machine') || '{}') };
+    const device = choice(Object.keys(machines), machines), copies = h('input', { type: 'number', min: 1, max: 100, value: 1 });
+    if (before.device in machines) device.value = before.device;
+    const printer = h('select', { required: true }, h('option', { value: '' }, 'Looking for printers …'));
+    const program = field('For the plotter', made.device), shown = () => { program.hidden = !PROGRAMS.includes(made.format.value); };
+    made.format.addEventListener('input', shown);
+    shown();
+    const dialog = h('dialog', { 'aria-label': 'Make' },
+      h('div', { class: 'row between' }, h('h2', {}, 'What is to be made of it?'), h('button', { type: 'button', onclick: () => dialog.close() }, 'Close')), wrong,
+      h('div', { class: 'ways' },
+        part('A file', [h('div', { class: 'grid' }, field('Format', made.format), program)], 'Download', downloaded, true),
+        part('On paper, by a printer', [field('Printer', printer)], 'Keep it for the printer', async () => {
+          const title = made.text.value.trim().split(/\s+/).slice(0, 6).join(' ');
+          return `table/${(await request('POST', '/api/batches', { ...asking(), title, to: 'printer', printer: printer.value })).batch}`;
+        }),
+        part('With a pen, by a plotter', [h('div', { class: 'grid' }, field('Machine', device), field('Copies', copies))], 'Look at it on the bed', async () => (
+          `jobs/${(await request('POST', '/api/plots', { ...asking(), device: device.value, copies: Number(copies.value) || 1 })).facts.job}`
+        ))));
+    dialog.addEventListener('close', () => { dialog.remove(); keep(); });
     document.body.append(dialog);
     dialog.showModal();
-  }
-
-  function plotted() {
-    const kept_ = { device: 'plotter-grbl-servo', ...JSON.parse(localStorage.getItem('handout-machine') || '{}') };
-    const device = choice(Object.keys(machines), machines);
-    if (kept_.device in machines) device.value = kept_.device;
-    const copies = h('input', { type: 'number', min: 1, max: 100, value: 1 });
-    handed('Plot', [field('Machine', device), field('Copies', copies)], 'Look at it on the bed', async () => {
-      const body = { ...asking(), device: device.value, copies: Number(copies.value) || 1 };
-      return `jobs/${(await request('POST', '/api/plots', body)).facts.job}`;
-    });
-  }
-
-  async function printed() {
-    try {
-      const { queues, printers } = await request('GET', '/api/machines');
+    request('GET', '/api/machines').then(({ queues, printers }) => {
+      const titles = Object.fromEntries(printers.map((one) => [one.name, one.title]));
       const names = [...queues, ...printers.map((one) => one.name).filter((name) => name !== 'printer-pdf')];
-      const printer = choice(names, Object.fromEntries(printers.map((one) => [one.name, one.title])));
-      handed('Print', [field('Printer', printer)], 'Keep it for the printer', async () => {
-        const title = made.text.value.trim().split(/\s+/).slice(0, 6).join(' ');
-        const body = { ...asking(), title, to: 'printer', printer: printer.value };
-        return `jobs/batch/${(await request('POST', '/api/batches', body)).batch}`;
-      });
-    } catch (error) {
-      refusal.textContent = error.message;
-    }
+      printer.replaceChildren(...names.map((name) => h('option', { value: name }, titles[name] ?? name)));
+    }).catch((error) => { wrong.textContent = error.message; });
   }
 
   form.addEventListener('submit', (event) => event.preventDefault());
@@ -432,16 +421,12 @@ export async function show(main, shared, [hand]) {
     if ([made.hand, made.seed, made.kind].includes(event.target)) { rewritten.clear(); held = null; }
     soon();
   });
-  form.querySelector('details').addEventListener('toggle', keep);
-  file.addEventListener('change', pictureSent);
-  for (const control of [made.format, made.device]) control.addEventListener('input', keep);
+  for (const part of form.querySelectorAll('details')) part.addEventListener('toggle', keep);
   die.addEventListener('click', () => { made.seed.value = random(); rewritten.clear(); soon(); });
   back.addEventListener('click', () => { page -= 1; drawn(); });
   on.addEventListener('click', () => { page += 1; drawn(); });
   replay.addEventListener('click', watched);
-  download.addEventListener('click', downloaded);
-  plot.addEventListener('click', plotted);
-  print.addEventListener('click', printed);
+  make.addEventListener('click', making);
   cancel.addEventListener('click', () => { coming?.abort(); work.hidden = true; });
   way.addEventListener('change', () => sheet.querySelector('#travel')?.toggleAttribute('hidden', !way.checked));
   const watch = new ResizeObserver(fitted);

@@ -1,0 +1,163 @@
+// A table that is kept with its letter: its proof is looked at and approved, then it is made, paused, and gone on with.
+
+import { blob, follow, request, task } from './api.js';
+import * as drafts from './drafts.js';
+import { choice, field, h, save, say, steps, tick } from './dom.js';
+
+const TO = { pdf: 'a PDF file', printer: 'a printer', plotter: 'the plotter' };
+const LOOK = 3000; // ms between two looks at the rows of a batch that is made
+const SHOWN = 60; // pictures of a proof that are shown at once
+
+export async function kept(main, name, titles) {
+  const gone = new AbortController(), url = `/api/batches/${name}`;
+  let batch = await request('GET', url), running = null;
+  const machines = batch.to === 'plotter' ? await request('GET', '/api/machines', undefined, gone.signal) : { ports: [] };
+  const out = new Set(batch.left_out), draft = await drafts.kept('batch'), own = draft.batch === name; // whether its letter is still on the page before
+  const refusal = h('p', { class: 'bad', role: 'alert' }), told = h('p', { class: 'quiet', 'aria-live': 'polite' }), question = h('p', { class: 'asked', role: 'alert' });
+  const head = h('div', {}), title = h('h1', {}), summary = h('p', { 'aria-live': 'polite' });
+  const bar = h('progress', { max: 1, value: 0, 'aria-label': 'Progress', hidden: true });
+  const proofs = h('div', { class: 'proofs' }), rows = h('div', { class: 'rows', tabindex: 0, role: 'region', 'aria-label': 'Rows' });
+  const more = h('button', { type: 'button', hidden: true, onclick: () => pictures(proofs.childElementCount) });
+  const act = (label, work, main_ = false) => h('button', {
+    type: 'button', class: main_ ? 'main' : undefined,
+    async onclick() {
+      refusal.textContent = '';
+      try { await work(); } catch (error) { if (error.name !== 'AbortError') refusal.textContent = error.message; }
+    },
+  }, label);
+  const ports = choice(machines.ports.map((port) => port.name), Object.fromEntries(machines.ports.map((port) => [port.name, port.name.startsWith('sim') ? port.title : `${port.name} ${port.title}`])));
+  const others = machines.ports.map((port) => [port.name, ...tick(port.name.startsWith('sim') ? port.title : port.name, {})]);
+  const sharing = h('details', {}, h('summary', {}, 'Share it with more plotters'), others.map(([, label]) => label));
+  const where = h('div', { class: 'grid' }, field('Connected at', ports), sharing);
+  const shared = () => others.filter(([port, , box]) => port !== ports.value && box.checked).map(([port]) => port);
+  ports.addEventListener('change', () => controls());
+
+  const prove = act('Make a proof', () => followed(`${url}/proof`, {}));
+  const approve = act('Approve', async () => {
+    try {
+      shown(await request('POST', `${url}/approval`, { made: batch.proof.made, left_out: [...out] }));
+    } catch (error) {
+      shown(await request('GET', url));
+      throw error;
+    }
+  }, true);
+  const make = act('Make it', () => followed(`${url}/make`, { port: batch.to === 'plotter' ? [ports.value, ...shared()] : '' }), true);
+  const pause = act('Pause', () => word('pause')), on = act('Continue', () => word('on'), true), stop = act('Stop', () => word('stop'));
+  const take = act('Save the PDF', async () => save(await blob(`${url}/files/batch.pdf`), `${name}.pdf`), true);
+  const sheet = act('Save the proof', async () => save(await blob(`${url}/files/proof.pdf`), `${name}-proof.pdf`));
+  const change = act('Change the letter', async () => { await request('DELETE', url); drafts.keep('batch', { ...draft, batch: '', step: 1 }, refusal); location.hash = 'table'; });
+  const drop = act('Delete', async () => { await request('DELETE', url); say('Deleted the batch.'); location.hash = 'table'; });
+  const another = h('a', { class: 'button', href: '#table' }, 'Another table');
+
+  const lost = () => batch.proof.failed?.length || 0;
+  const word = (what) => request('POST', `/api/tasks/${running}/word`, { word: what });
+  function controls(live = {}) {
+    const busy = Boolean(running), before = ['new', 'proofed'].includes(batch.state), several = shared().length || batch.queues.length;
+    prove.hidden = busy || !before; prove.textContent = batch.state === 'new' ? 'Make a proof' : 'Make the proof anew';
+    approve.hidden = busy || batch.state !== 'proofed' || !batch.proof.rows;
+    const left = (batch.proof.rows || 0) - out.size;
+    approve.textContent = lost() || out.size ? `Approve the other ${left}` : `Approve ${left === 1 ? 'it' : `all ${left}`}`;
+    approve.disabled = left < 1;
+    make.hidden = busy || !['approved', 'broken off'].includes(batch.state);
+    make.textContent = batch.state === 'broken off' ? 'Continue' : batch.to === 'plotter' ? 'Plot' : batch.to === 'printer' ? 'Print' : 'Make the PDF';
+    where.hidden = make.hidden || batch.to !== 'plotter';
+    for (const [port, label] of others) label.hidden = port === ports.value;
+    take.hidden = !batch.file; sheet.hidden = busy || batch.state === 'new'; drop.hidden = busy; change.hidden = busy || !before || !own; another.hidden = batch.state !== 'done';
+    stop.hidden = !busy; on.hidden = !live.question; bar.hidden = !busy;
+    pause.hidden = !busy || Boolean(live.question) || making() === 'proof' || Boolean(several);
+    question.textContent = live.question || '';
+    head.replaceChildren(steps(titles, before ? 3 : batch.state === 'done' ? titles.length : 4, 0, () => {}));
+  }
+  const making = () => (['new', 'proofed'].includes(batch.state) ? 'proof' : 'rows');
+  async function watch(id) {
+    running = id;
+    let last = null;
+    controls();
+    // what became of each row is told by its journal, not by the task
+    const looking = setInterval(() => request('GET', url).then((facts) => { if (running) listed(facts); }).catch(() => {}), LOOK);
+    try {
+      for await (const snapshot of follow(id, gone.signal)) {
+        last = snapshot;
+        bar.value = snapshot.share;
+        told.textContent = [snapshot.stage || 'It begins …', ...(snapshot.said || []).slice(-1)].filter(Boolean).join(' · ');
+        controls(snapshot.live);
+      }
+    } finally {
+      running = null;
+      told.textContent = '';
+      clearInterval(looking);
+    }
+    if (last?.error) refusal.textContent = last.error;
+    shown(await request('GET', url));
+  }
+  async function followed(path, body) {
+    running = path; // until the task has a name: nothing else may be asked for meanwhile
+    controls();
+    try {
+      await watch((await task(path, body, null)).id);
+    } catch (error) {
+      running = null;
+      controls();
+      throw error;
+    }
+  }
+  async function pictures(before = 0) {
+    const most = before + SHOWN, pages = batch.proof.pages_shown || [];
+    const looked = new Map((batch.proof.look_at || []).map((one) => [one.row, one.why]));
+    if (!before) proofs.replaceChildren();
+    proofs.append(...pages.slice(before, most).map((page) => {
+      const image = h('img', { alt: `Row ${page.row}, ${page.part}`, loading: 'lazy' });
+      blob(`${url}/files/${page.picture}`, '', 'GET', undefined, gone.signal).then((data) => {
+        image.src = URL.createObjectURL(data);
+        image.onload = () => URL.revokeObjectURL(image.src);
+      }).catch(() => {});
+      const toggle = h('button', { type: 'button', class: 'leave', 'data-row': page.row, onclick: () => leave(page.row) });
+      return h('figure', { class: looked.has(page.row) ? 'look' : undefined, 'data-row': page.row }, image,
+        h('figcaption', {}, `row ${page.row}, ${page.part}`, looked.has(page.row) ? h('span', { class: 'warned' }, looked.get(page.row).join('; ')) : ''), toggle);
+    }));
+    more.hidden = pages.length <= most;
+    more.textContent = `${most} of ${pages.length} pages are shown: show ${Math.min(SHOWN, pages.length - most)} more`;
+    marked();
+  }
+  function leave(row) {
+    if (out.has(row)) out.delete(row); else out.add(row);
+    marked();
+    controls();
+  }
+  function marked() {
+    for (const figure of proofs.children) {
+      const left = out.has(Number(figure.dataset.row)), toggle = figure.querySelector('.leave');
+      figure.classList.toggle('out', left);
+      toggle.hidden = batch.state !== 'proofed';
+      toggle.textContent = left ? 'Take it in again' : 'Leave out';
+      toggle.setAttribute('aria-label', `${toggle.textContent}: row ${figure.dataset.row}`);
+    }
+  }
+  function listed(facts) {
+    const short = facts.rows.length < facts.count ? `The first ${facts.rows.length} of ${facts.count} rows are listed; all are made. The proof names every row that is to be looked at.` : '';
+    const wrong = facts.rows.filter((row) => /^(failed|doubtful|cannot)/.test(row.state));
+    rows.replaceChildren(short && h('p', { class: 'quiet' }, short),
+      wrong.length ? h('p', { class: 'warned' }, `Not made: ${wrong.map((row) => `row ${row.row} (${row.called}): ${[row.state, ...row.why].join('; ')}`).join('. ')}.`) : '',
+      h('table', {}, h('thead', {}, h('tr', {}, ['Row', 'Who', 'State', 'Look at'].map((label) => h('th', { scope: 'col' }, label)))),
+        h('tbody', {}, facts.rows.map((row) => h('tr', {}, h('td', {}, row.row), h('td', {}, row.called), h('td', {}, row.state), h('td', {}, row.why.join('; ')))))));
+  }
+  function shown(facts) {
+    const before = JSON.stringify(batch?.proof) !== JSON.stringify(facts.proof) || !proofs.childElementCount;
+    batch = facts;
+    if (before) { out.clear(); for (const row of batch.left_out) out.add(row); }
+    title.textContent = { new: 'Here comes a proof', proofed: 'Does every letter look right?', approved: 'Approved: now it can be made', 'broken off': 'It stopped on the way', done: 'Done' }[batch.state];
+    const what = [batch.letters && 'letters', batch.envelopes && 'envelopes'].filter(Boolean).join(' and ');
+    summary.textContent = `${batch.title}: ${batch.left_out.length ? `${batch.count - batch.left_out.length} of ` : ''}${batch.count} ${batch.count === 1 ? 'row' : 'rows'}, ${what}, for ${batch.printer || TO[batch.to]}${batch.state === 'broken off' && batch.ended ? `; ${batch.ended}` : ''}.`;
+    if (lost()) summary.textContent += ` ${lost()} ${lost() === 1 ? 'row' : 'rows'} cannot be made, as is said below: change the table, or make it without them.`;
+    listed(batch);
+    if (before) pictures(); else marked();
+    controls();
+  }
+  main.append(h('div', { class: 'flow' }, head, h('section', { class: 'flow-body kept' }, title, summary, where,
+    h('div', { class: 'row' }, approve, make, pause, on, stop, take, change, prove, sheet, another, drop), refusal, question, bar, told, proofs, more, rows)));
+  shown(batch);
+  const quiet = (error) => { if (error.name !== 'AbortError') refusal.textContent = error.message; };
+  if (batch.task) watch(batch.task).catch(quiet);
+  else if (batch.state === 'new') followed(`${url}/proof`, {}).catch(quiet);
+  return () => gone.abort();
+}
