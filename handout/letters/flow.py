@@ -41,7 +41,7 @@ from handout.letters.rows import (
 )
 from handout.letters.runs import LetterWord
 from handout.writing.layout import ASCENT, DESCENT, FOOT_ABOVE_RULE, Layout
-from handout.writing.pages import SQUEEZE, extent, squeeze_gaps
+from handout.writing.pages import APART, SQUEEZE, extent, squeeze_gaps
 
 _NARROWEST = 9.0  # x-heights: nobody writes in less room beside a picture
 _LEAST_ROOM = 2.5  # x-heights: room for a letter or two
@@ -107,6 +107,7 @@ class _Flow:
         self._frame, self._page, self._boxed = self._frame_of(0), self.pages[0], ""
         self._last: float | None = None
         self._pitch, self._gap, self._skipped = self._usual, 0.0, 0.0
+        self._low, self._formula = DESCENT, False  # how deep the row above is, x-heights, and whether by a formula
         self._tight, self._after_text, self._after_heading = False, False, False
         self._label: _Label | None = None
         self._right = False  # whether the row that is placed stands to the right
@@ -173,14 +174,16 @@ class _Flow:
     def _find_place(self, words: Sequence[LetterWord], left: float, right: float, least: float = 0.0) -> _At:
         """Where a row of some words may go next, on this page or the next; `least` : mm that it is wide."""
         scale = max((word.scale for word in words), default=1.0)
+        high, low = _heights(words)
+        formula = max(high - ASCENT * scale, low - DESCENT * scale) > 0
         pitch, whole = self._pitch_of(words), self._frame.width - left - right
         if whole < _LEAST_ROOM * self._xh:
             raise self._letter.wrong(
                 self._line, f"it stands so far in that {max(whole, 0.0):.0f} mm are left for it.", DoesNotFit
             )
         while True:
-            baseline, slope = self._next_baseline(scale, pitch)
-            if baseline + DESCENT * self._xh * scale > self._frame.bottom + 1e-6:
+            baseline, slope = self._next_baseline(high, pitch, formula)
+            if baseline + low * self._xh > self._frame.bottom + 1e-6:
                 self._turn()
                 continue
             x, width = self._room(baseline, scale, left, right)
@@ -189,17 +192,26 @@ class _Flow:
                 continue
             return _At(baseline, slope, x, width)
 
-    def _next_baseline(self, scale: float, pitch: float) -> tuple[float, float]:
-        """The baseline of the next row, mm, and its slope; on a rule where there are some."""
+    def _next_baseline(self, high: float, pitch: float, formula: bool) -> tuple[float, float]:
+        """The baseline of the next row, mm, and its slope; on a rule where there are some.
+
+        high : above it, x-heights; formula : whether it holds one that is higher or deeper than letters.
+        """
         layout = self._layout(self.pages.index(self._page))
         if self._last is None:
-            baseline = self._frame.top + ASCENT * self._xh * scale + self._skipped
+            baseline = self._frame.top + high * self._xh + self._skipped
         else:
             baseline = self._last + self._gap + 0.4 * self._pitch + 0.6 * pitch + self._skipped
+            if formula or self._formula:
+                baseline = max(baseline, self._last + self._gap + (self._low + high + APART) * self._xh + self._skipped)
         if layout.ruling is None:
             return baseline, 0.0
         off = 0.5 * (self._frame.left + self._frame.right - layout.page.width)
-        nearest = -math.inf if self._last is None else baseline - 0.5 * layout.ruling.pitch
+        nearest = (
+            -math.inf
+            if self._last is None
+            else baseline - (0.1 if formula or self._formula else 0.5) * layout.ruling.pitch
+        )
         # a box is not measured by the rules: what stands in it may look out of it a little
         upper = (
             self._frame.top + ASCENT * self._xh + self._skipped - (0.2 * layout.ruling.pitch if self._boxed else 1e-6)
@@ -279,6 +291,8 @@ class _Flow:
     ) -> None:
         self._page.rows.append(SetRow(at.baseline, at.slope, self._frame, tuple(segments), tuple(marks)))
         self._last, self._pitch, self._gap, self._skipped = at.baseline, self._pitch_of(words), 0.0, 0.0
+        self._low = _heights(words)[1]
+        self._formula = self._low > DESCENT * max((word.scale for word in words), default=1.0)
 
     # Blocks
 
@@ -309,6 +323,8 @@ class _Flow:
         """Place as many of some words as one row holds."""
         taken, self._right = words[:1], side == "right"
         first = next(_clusters(words))
+        if words[0].written.displayed:
+            side = "centre"
         while True:
             at = self._find_place(taken, left, right, self._width(first))
             count, gaps = self._fill_row(words, at.width)
@@ -600,6 +616,14 @@ def _share_room(natural: Sequence[float], least: Sequence[float], room: float) -
             low, high = (low, middle) if wide else (middle, high)
         high = low
     return [max(min(a, high), b) + 1e-6 for a, b in zip(natural, least, strict=True)]
+
+
+def _heights(words: Sequence[LetterWord]) -> tuple[float, float]:
+    """How far the letters and formulas of a row reach above and below its baseline, usual x-heights."""
+    scale = max((word.scale for word in words), default=1.0)
+    high = max((word.scale * word.written.high for word in words), default=0.0)
+    low = max((-word.scale * word.written.low for word in words), default=0.0)
+    return max(ASCENT * scale, high), max(DESCENT * scale, low)
 
 
 def _clusters(words: Sequence[LetterWord]) -> Iterator[list[LetterWord]]:

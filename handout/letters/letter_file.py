@@ -17,6 +17,8 @@ from pathlib import Path
 from typing import Any, Literal
 
 from markdown_it import MarkdownIt
+from markdown_it.rules_block import StateBlock
+from markdown_it.rules_inline import StateInline
 from markdown_it.token import Token
 from markdown_it.tree import SyntaxTreeNode
 from mdit_py_plugins.attrs import attrs_block_plugin, attrs_plugin
@@ -26,6 +28,7 @@ from mdit_py_plugins.front_matter import front_matter_plugin
 
 from handout import atomic, encodings, units
 from handout.errors import InputError
+from handout.hand.places import graphemes
 from handout.inking.pen import colour_code
 from handout.letters.document import (
     LEAST_SIZE,
@@ -48,8 +51,9 @@ from handout.letters.document import (
     Underline,
     blocks_in,
 )
+from handout.mathematics.parser import WrongFormula, find_end, find_formulas, read_formula
 from handout.tables import convert_table, parse_table
-from handout.writing.text import find_unseen
+from handout.writing.text import find_unseen, normalise
 
 MOST_TEXT = 200_000  # characters: a hundred pages; a longer file is surely no letter
 _MOST_NESTED = 12  # blocks within blocks; set by eye: each list stands further in than the one around it
@@ -76,6 +80,7 @@ _REFUSED = {
     "code_block": "a block of code (it is indented by four spaces), which is set in type: indent it less",
     "code_inline": "code between backquotes, which is set in type: leave them out, or write \\` for a backquote",
     "html_block": "HTML, which is not written by hand: use Markdown, or write \\< for the sign itself",
+    "image": "a picture stands within words: give it a paragraph of its own",
     "html_inline": "HTML, which is not written by hand: use Markdown, or write \\< for the sign itself",
 }
 _BRACES = re.compile(r"(?<!\\)\{[^{}\n]*\}")
@@ -136,6 +141,36 @@ def _check_alone(letter: LetterFile) -> None:
             raise letter.wrong(line, f"{name!r} is no bare name, and this letter stands alone, without files.")
 
 
+def _take_formula(state: StateInline, silent: bool) -> bool:
+    """A formula within words, as a rule of the parser."""
+    begin, displayed = state.pos, state.src.startswith("$$", state.pos)
+    end = find_end(state.src, begin, displayed=displayed) if state.src[begin] == "$" else 0
+    if end and not silent:
+        state.push("formula", "", 0).content = state.src[begin:end]
+    state.pos = end or begin
+    return end > 0
+
+
+def _take_displayed(state: StateBlock, first: int, last: int, silent: bool) -> bool:
+    """A displayed formula with lines of its own, as a rule of the parser: nothing in it is Markdown."""
+    source = ""
+    for number in range(first, last):
+        source += state.getLines(number, number + 1, state.blkIndent, True)
+        if not source.lstrip().startswith("$$") or not source.strip():
+            return False
+        content = source.strip()
+        end = find_end(content, 0, displayed=True)
+        if end and content[end:].strip() in ("", ".", ",", ";"):
+            if not silent:
+                token = state.push("displayed", "", 0)
+                token.content, token.map = content, [first, number + 1]
+                state.line = number + 1
+            return True
+        if end:
+            return False
+    return False
+
+
 @lru_cache(maxsize=1)
 def _markdown() -> MarkdownIt:
     markdown = MarkdownIt("commonmark", {"html": True, "maxNesting": _PARSED_NESTED})
@@ -145,6 +180,8 @@ def _markdown() -> MarkdownIt:
     attrs_plugin(markdown, spans=True)
     attrs_block_plugin(markdown)
     container_plugin(markdown, "container", validate=lambda _name, *_: True)
+    markdown.inline.ruler.before("escape", "formula", _take_formula)
+    markdown.block.ruler.before("code", "displayed", _take_displayed, {"alt": ["paragraph", "blockquote", "list"]})
     return markdown
 
 
@@ -185,7 +222,10 @@ class _LetterReader:
             raise InputError(f"{self.name} has more than {_MOST_BRACKETS} brackets [: no letter has.")
         # the parser of containers looks one character past a last line that ends in "> " and no newline
         # the values of attributes in quotes, which those with a # or a point in them need
-        quoted = _BRACES.sub(lambda braces: _BARE_VALUE.sub(r'\1="\2"', braces.group()), text)
+        quoted, done = "", 0
+        for begin, end, _ in (*find_formulas(text), (len(text), len(text), False)):
+            quoted += _BRACES.sub(lambda braces: _BARE_VALUE.sub(r'\1="\2"', braces.group()), text[done:begin])
+            quoted, done = quoted + text[begin:end], end
         tokens = _markdown().parse(quoted + "\n", environment)
         self._check_nesting(tokens)
         nodes = SyntaxTreeNode(tokens).children
@@ -273,6 +313,8 @@ class _LetterReader:
                 return [self._picture(node)]
             case "paragraph" | "heading":
                 return [self._paragraph(node, manner)]
+            case "displayed":
+                return [Paragraph((TextSpan(self._formula(node.content).strip(), manner, line),), line, "centre")]
             case "bullet_list" | "ordered_list":
                 return [self._list(node, manner, depth)]
             case "hr":
@@ -391,9 +433,12 @@ class _LetterReader:
                 case "text":
                     # attributes that this begins with are of the emphasis before it
                     begin = _leading_attributes(node)[0] if before is not None and before.type in _EMPHASIS else 0
-                    yield TextSpan(self._check_text(node.content[begin:]), manner, self.line)
+                    yield TextSpan(self._check_text(node.content[begin:]).replace("$", "\\$"), manner, self.line)
                 case "text_special":
-                    yield TextSpan(node.content, manner, self.line)
+                    yield TextSpan(node.content.replace("$", "\\$"), manner, self.line)
+                case "formula":
+                    yield TextSpan(self._formula(node.content), manner, self.line)
+                    self.line += node.content.count("\n")
                 case "softbreak" | "hardbreak":
                     hard = self.verse or node.type == "hardbreak"
                     yield TextSpan("\n" if hard else " ", manner, self.line)
@@ -406,11 +451,22 @@ class _LetterReader:
                     yield from self._inline(node.children, manner)
                 case "html_inline" if node.content.startswith("<!--"):
                     self._drop("the comment is not written")
-                case "image":
-                    raise self._wrong("a picture stands within words: give it a paragraph of its own.")
                 case _:
                     raise self._wrong(f"{_REFUSED.get(node.type, f'{node.type} cannot be written')}.")
             before = node
+
+    def _formula(self, source: str) -> str:
+        """A formula, and what stands right behind it, in one line; a displayed one in a line of its own."""
+        units = graphemes(normalise(source))
+        try:
+            for begin, end, displayed in find_formulas(units):
+                read_formula(units, begin, end, displayed)
+        except WrongFormula as error:
+            before = "".join(units[: error.at]).split("\n")
+            self.line += len(before) - 1
+            raise self._wrong(f"formula, character {len(before[-1]) + 1}: {error}.") from error
+        line = source.replace("\n", " ")
+        return f"\n{line}\n" if line.startswith("$$") else line
 
     def _check_text(self, text: str) -> str:
         """Text without signs that were meant to open something."""

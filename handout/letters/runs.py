@@ -32,7 +32,7 @@ from handout.writing.choosing import NO_REWRITES, GlyphChooser, Rewrites, choice
 from handout.writing.compose import Proofreader, handwriting, set_paragraph
 from handout.writing.pages import Handwriting, Unit, Word
 from handout.writing.slips import slip
-from handout.writing.text import Piece, normalise, paragraphs_of
+from handout.writing.text import FormulaLetters, Piece, normalise, paragraphs_of
 
 _BREAK_AFTER = frozenset("-–—/")  # a line may end behind these though there is no space
 _TOUCHING = 0.12  # x-heights between what two hands write of one word
@@ -243,6 +243,9 @@ def _part_pieces(pieces: Sequence[Piece], spans: Sequence[TextSpan]) -> Iterator
         manners = [spans[letter.at].manner for letter in piece]
         kinds = [(manner.ink, manner.size) for manner in manners]
         cuts = [i for i in range(1, len(piece)) if kinds[i] != kinds[i - 1]]
+        if isinstance(piece, FormulaLetters):
+            yield from piece.split() if cuts else (piece,)
+            continue
         yield from (piece[a:b] for a, b in pairwise([0, *cuts, len(piece)]))
 
 

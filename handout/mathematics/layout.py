@@ -45,7 +45,7 @@ class LayoutSettings:
     sum_, integral : heights of these in a line, and displayed.
     """
 
-    axis: float = 0.52
+    axis: float = 0.64
     wander: float = 0.03
     script: float = 0.74
     least: float = 0.55

@@ -69,35 +69,32 @@ class _Token:
 
 
 def find_formulas(units: Sequence[str]) -> Iterator[tuple[int, int, bool]]:
-    """Where formulas stand in the graphemes of a text, delimiters counted, and whether each is displayed."""
-    at, count = 0, len(units)
-    while at < count:
-        if units[at] == "\\":
-            at += 2
-            continue
+    """Where formulas stand in the characters of a text, delimiters counted, and whether each is displayed."""
+    at = 0
+    while at < len(units):
         if units[at] == "$":
-            displayed = units[at : at + 2] == ["$", "$"]
-            end = _closing(units, at + 1 + displayed, displayed)
+            displayed = "".join(units[at : at + 2]) == "$$"
+            end = find_end(units, at, displayed=displayed)
             if end:
                 yield at, end, displayed
-                at = end
-                continue
-            at += displayed
-        at += 1
+            at = end or at + displayed + 1
+        else:
+            at += 2 if "".join(units[at : at + 2]) == "\\$" else 1
 
 
-def _closing(units: Sequence[str], begin: int, displayed: bool) -> int:
-    """Where what follows a formula begins that was opened right before `begin`; 0 if that opens none."""
-    sign, at = ["$", "$"][: 1 + displayed], begin
-    while at < len(units) and units[at : at + len(sign)] != sign:
+def find_end(units: Sequence[str], begin: int, *, displayed: bool) -> int:
+    """Where what follows a formula begins whose first sign is at `begin`; 0 if none begins there."""
+    sign, first = "$$"[: 1 + displayed], begin + 1 + displayed
+    at = first
+    while at < len(units) and "".join(units[at : at + len(sign)]) != sign:
         if units[at] == "\n" and not displayed:
             return 0
         at += 2 if units[at] == "\\" else 1
-    if at >= len(units) or at == begin:
+    if at >= len(units) or at == first:
         return 0
     end = at + len(sign)
     following = units[end] if end < len(units) else " "
-    money = units[begin].isspace() or units[at - 1].isspace() or following.isdecimal() or following == "$"
+    money = units[first].isspace() or units[at - 1].isspace() or following.isdecimal() or following == "$"
     return 0 if money and not displayed else end
 
 

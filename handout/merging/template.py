@@ -3,7 +3,8 @@
 A gap is ``{{ first_name }}``, ``{{ gift|default("present") }}`` or ``{{ birthday|date }}``; ``{% if gift %}`` …
 ``{% else %}`` … ``{% endif %}``, ``{% for %}`` and ``{% set %}`` do what they do in Jinja.  Nothing can be called, no
 attribute be looked up, and loops, texts and numbers are bounded, so that a letter from anywhere may be filled.  What
-stands in a cell is never a template, and in Markdown never Markdown: it is written as it was typed.
+stands in a cell is never a template, and in Markdown never Markdown: it is written as it was typed, within a formula
+numbers and single letters as parts of it, all else as words.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ import string
 from collections.abc import Callable, Collection, Iterator, Mapping
 from datetime import date, datetime
 from functools import partial
+from itertools import accumulate, zip_longest
 from typing import Any
 
 from jinja2 import StrictUndefined, TemplateError, TemplateSyntaxError, Undefined, UndefinedError, nodes
@@ -22,6 +24,7 @@ from jinja2.sandbox import SandboxedEnvironment
 from jinja2.visitor import NodeTransformer
 
 from handout.errors import InputError
+from handout.mathematics.parser import find_formulas
 
 # all set by eye, far above what a letter by hand needs
 _MOST_SOURCE = 200_000  # characters of a letter
@@ -47,6 +50,9 @@ _SUMS: dict[str, Callable[[Any, Any], Any]] = {
     "%": operator.mod,
 }
 _MARKS = {ord(mark): f"\\{mark}" for mark in string.punctuation}
+_BEGIN, _END = "\ufdd0", "\ufdd1"  # around what fills a gap until all is there: characters that no text has
+_CELL = re.compile(f"{_BEGIN}([^{_END}]*){_END}")
+_QUANTITY = re.compile(r"[-+–−]?[\d.,]+|\w")  # what a formula takes as it is; anything else is words in it
 _ISO = re.compile(r"(?P<y>\d{4})-(?P<m>\d\d?)-(?P<d>\d\d?)\Z")
 _DOTTED = re.compile(r"(?P<d>\d\d?)\.\s?(?P<m>\d\d?)\.\s?(?P<y>\d{4})\Z")
 _SLASHED = re.compile(r"(?P<a>\d\d?)/(?P<b>\d\d?)/(?P<y>\d{4})\Z")
@@ -143,7 +149,7 @@ class LetterTemplate:
                     line = trace.tb_lineno
                 trace = trace.tb_next
             raise InputError(f"{self.title}, {self._line(line)}: {_plain_words(error)}.") from error
-        return "".join(pieces)
+        return self._place_cells("".join(pieces))
 
     def _environment(self) -> SandboxedEnvironment:
         environment = _Environment(
@@ -169,7 +175,23 @@ class LetterTemplate:
         if isinstance(value, bool) or not isinstance(value, (str, int, float)):
             raise _Refused(f"a gap would be filled with {_kind(value)}, which cannot be written")
         text = f"{value:g}" if isinstance(value, float) else str(value)
-        return escape_markdown(text) if self._markdown else text
+        return _BEGIN + text.replace(_BEGIN, "").replace(_END, "") + _END
+
+    def _place_cells(self, text: str) -> str:
+        """The letter with what fills its gaps, so that it is read as it was typed where it stands."""
+        parts = _CELL.split(text.replace(_BEGIN + _END, ""))
+        shown = ["".join("x" if sign in "$\\" else sign for sign in part) for part in parts[1::2]]
+        shown = [part for pair in zip_longest(parts[::2], shown, fillvalue="") for part in pair][: len(parts)]
+        formulas = list(find_formulas("".join(shown)))
+        starts = list(accumulate(map(len, shown), initial=0))
+        for number in range(1, len(parts), 2):
+            cell, at = parts[number], starts[number]
+            if any(begin < at < end for begin, end, _ in formulas):
+                words = re.sub(r"([{}$\\])", r"\\\1", cell)
+                parts[number] = cell if _QUANTITY.fullmatch(cell) else f"\\text{{{words}}}"
+            else:
+                parts[number] = escape_markdown(cell) if self._markdown else cell.replace("$", "\\$")
+        return "".join(parts)
 
     def _count_turns(self, items: object) -> Iterator[object]:
         """The items of a loop, counted, for all loops of a row may turn only so often."""

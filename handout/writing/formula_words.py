@@ -14,6 +14,7 @@ from handout.writing.pages import FormulaWord, Handwriting, Unit, Word
 from handout.writing.text import FormulaLetters
 
 _BESIDE = 0.16  # x-heights between a formula and a bracket or a comma that stands right beside it; set by eye
+_AROUND = 0.35  # x-heights of paper above and below a displayed formula, at least; set by eye
 _NOTHING = (0.0, 0.0, 0.0, 0.0)
 
 
@@ -79,8 +80,8 @@ def _join_boxes(laid: Sequence[_Laid], displayed: bool) -> FormulaWord:
         end,
         0.0,
         end,
-        low=min(each.box.bottom for each in laid),
-        high=max(each.box.top for each in laid),
+        low=min(each.box.bottom for each in laid) - _AROUND * displayed,
+        high=max(each.box.top for each in laid) + _AROUND * displayed,
         displayed=displayed,
         parts_of=tuple(parts),
     )

@@ -193,7 +193,8 @@ LEAST_GAP = 0.55  # between the ink of two words, x-heights
 SQUEEZE = 0.22  # people bunch the words of a line by at most this share of its gaps to get one more word in
 SMALLEST_FIT = 0.55  # --fit never makes writing smaller than this share of what was asked for
 _BUNCHED = (0.72, 0.88)  # what --fit then makes of word gaps and line distance
-_APART = 0.3  # x-heights between the ink of a formula and that of the line above or below; set by eye
+APART = 0.45  # x-heights between the ink of a formula and that of the line above or below; set by eye
+_SLACK = 0.45  # x-heights that a formula may be higher or deeper than letters are, and still take one line
 _CUT = 0.01  # x-heights before what a word that is wider than its line goes on with: it is still one word
 _BUNCH = 0.25  # share of the usual gap that a gap near the edge gives up before those further from it do
 
@@ -342,16 +343,16 @@ def _space_rows(rows: Iterable[UnitRow[G]], distance: float, held: int) -> Itera
 
     distance : of lines, x-heights; held : how many a page has.
     """
-    empty, taken, below = UnitRow[G]((), (), 0.0), 0, 0.0
+    empty, taken, below = UnitRow[G]((), (), 0.0), 0, DESCENT
     for row in rows:
         high = max((unit.word.high for unit in row.units), default=ASCENT)
         low = min((unit.word.low for unit in row.units), default=-DESCENT)
-        at_top, after = _lines_in(high - ASCENT, distance), _lines_in(-DESCENT - low, distance)
+        at_top = _lines_in(high - ASCENT - _SLACK, distance)
+        after = _lines_in(-DESCENT - _SLACK - low, distance)
         before = at_top
         if taken:
-            before = (
-                _lines_in(below + high + _APART - distance, distance) if max(high - ASCENT, below - DESCENT) > 0 else 0
-            )
+            tall = max(high - ASCENT, below - DESCENT) > _SLACK
+            before = _lines_in(below + high + APART - distance, distance) if tall else 0
         if taken and taken + before + 1 + after > held > 0:
             yield from [empty] * (held - taken)
             taken, before = 0, at_top
@@ -493,10 +494,10 @@ def _check_formulas(row: UnitRow[Any], layout: Layout, baseline: float) -> None:
     if not formulas:
         return
     scale, wide = layout.x_height, row.width > layout.room + 1e-6
-    high, low = max(word.high for word in formulas) - 0.5, min(word.low for word in formulas) + 0.5
+    high, low = max(word.high for word in formulas) - _SLACK, min(word.low for word in formulas) + _SLACK
     above, below = baseline - high * scale - layout.margin[0], baseline - low * scale + layout.margin[2]
-    if wide or above < 0 or below > layout.page.height:
-        length, room = (row.width, layout.room) if wide else (high - low + 1, layout.height / scale)
+    if wide or above < -1e-6 or below > layout.page.height + 1e-6:
+        length, room = (row.width, layout.room) if wide else (high - low + 2 * _SLACK, layout.height / scale)
         raise DoesNotFit(
             f"The formula {''.join(formulas[0].spelt)!r} is {length * scale:.0f} mm {'wide' if wide else 'high'}, and "
             f"there are {room * scale:.0f} mm for it: use a smaller --x-height, a larger page, or write it in parts."

@@ -98,7 +98,8 @@ ALIKE = {
     "⬇": "↓",
     "⩽": "≤",
     "⩾": "≥",
-    # Greek and Cyrillic letters
+    # Greek and Cyrillic letters; a tonos stands before its capital
+    **dict(zip("ΆΈΉΊΌΎΏ", (("’" + each,) for each in "AEHIOYΩ"), strict=True)),
     **dict(zip("ΑΒΕΖΗΙΚΜΝΟΡΤΥΧονµАВЕІЈКМНОРСТХЅаеіјорсухѕ", "ABEZHIKMNOPTYXovμABEIJKMHOPCTXSaeijopcyxs", strict=True)),
 }
 # without U+00A0, U+2007 and U+202F, at which a line must not break
@@ -172,6 +173,12 @@ class FormulaLetters(tuple[Letter, ...]):
             parts.append((formulas[number], tuple(tuple(x for x in own if x.at in leaf.at) for leaf in leaves(tree))))
         piece.parts = tuple(parts)
         return piece
+
+    def split(self) -> Iterator[Piece]:
+        """Each formula, and each word beside one, by itself."""
+        for formula, words in self.parts:
+            letters = sorted((letter for word in words for letter in word), key=lambda letter: letter.at)
+            yield letters if formula is None else FormulaLetters(letters, [formula])
 
     @property
     def words(self) -> Iterator[tuple[Letter, ...]]:

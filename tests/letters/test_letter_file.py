@@ -157,3 +157,41 @@ def test_what_is_empty_is_written_as_nothing(text):
 def test_a_letter_of_nothing_but_empty_blocks_is_refused(text):
     with pytest.raises(InputError, match="nothing to write"):
         load(text)
+
+
+def words_of(text):
+    return [span.text for paragraph in load(text).paragraphs for span in paragraph.spans]
+
+
+def test_nothing_in_a_formula_is_markdown():
+    assert words_of(r"so $a_1*b_2*c$ and $\sum_{i=1}^n [x](y)$ is") == [
+        "so ", "$a_1*b_2*c$", " and ", r"$\sum_{i=1}^n [x](y)$", " is",
+    ]  # fmt: skip
+
+
+def test_money_stays_money_in_letters():
+    assert words_of(r"costs $5 and \$6.") == [r"costs \$5 and ", r"\$", "6."]
+
+
+def test_a_displayed_formula_has_its_lines_and_stands_in_the_middle():
+    letter = load("a\n\n$$\nx\n= 2\n- 1\n$$.\n\n- b\n\n  $$y$$\n\nc $$z$$ d")
+    assert [type(block) for block in letter.blocks] == [Paragraph, Paragraph, List, Paragraph]
+    assert letter.blocks[1].spans[0].text == "$$ x = 2 - 1 $$." and letter.blocks[1].side == "centre"
+    assert [span.text for span in letter.blocks[3].spans] == ["c ", "\n$$z$$\n", " d"]
+
+
+def test_lines_behind_a_displayed_formula_are_counted():
+    with pytest.raises(InputError, match=r"^the letter, line 6: a block of code"):
+        load("a\n$$\nx\n$$\n\n```\nb\n```")
+
+
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        ("a\n\nso $x^{2$", r"^the letter, line 3: formula, character 4: the brace { is not closed\.$"),
+        ("$$\nx\n\\foo\n$$", r"^the letter, line 3: formula, character 1: \\foo is not known here"),
+    ],
+)
+def test_a_broken_formula_is_named_with_its_line(text, sentence):
+    with pytest.raises(InputError, match=sentence):
+        load(text)

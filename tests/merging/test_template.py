@@ -143,3 +143,15 @@ def test_whatever_a_letter_holds_it_is_filled_or_refused(text, form):
         assert isinstance(filled(form % text), str)
     except InputError as refused:
         assert "\n" not in str(refused)
+
+
+def test_cells_stand_in_formulas_as_numbers_or_words():
+    letter = LetterTemplate(r"It is $\frac{ {{ sum }} }{2} + {{ x }}$, {{ sum }}.", "letter", markdown=True)
+    assert letter.fill({"sum": "1,250.50", "x": "a$ {b}"}, {}) == (
+        r"It is $\frac{ 1,250.50 }{2} + \text{a\$ \{b\}}$, 1\,250\.50."
+    )
+
+
+def test_signs_in_cells_open_no_formula():
+    letter = LetterTemplate("{{ a }} and {{ b }}", "letter")
+    assert letter.fill({"a": "$x", "b": "y$"}, {}) == r"\$x and y\$"
