@@ -133,7 +133,7 @@ def orderly() -> Iterator[None]:
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    names = {"SIGTERM": (signal.SIG_DFL, _stop), "SIGHUP": (signal.SIG_DFL, _stop)}
+    names: dict[str, tuple[Any, Any]] = {"SIGTERM": (signal.SIG_DFL, _stop), "SIGHUP": (signal.SIG_DFL, _stop)}
     names["SIGINT"] = (signal.default_int_handler, _interrupt_once)
     numbers = {number: names[name] for name in names if (number := getattr(signal, name, None)) is not None}
     # who ignores a signal, as `nohup` does, goes on ignoring it
