@@ -12,7 +12,7 @@ import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
-from typing import Protocol, Self
+from typing import Any, Protocol, Self
 
 import numpy as np
 
@@ -249,7 +249,7 @@ def show_plot(name: str) -> Facts:
 
 def _pens(job: PlotJob, reached: int) -> list[Facts]:
     """The layers in the order in which they are first drawn, each with its ink, mm, and whether all of it is drawn."""
-    pens = dict[str, Facts]()
+    pens = dict[str, dict[str, Any]]()
     for number, part in enumerate(job.parts):
         pen = pens.setdefault(part.layer, {"layer": part.layer, "ink_mm": 0.0, "drawn": True, "next": False})
         pen["ink_mm"] = round(pen["ink_mm"] + part.ink, 1)
