@@ -217,7 +217,11 @@ def read_drawn_hand(path: Path) -> Hand:
         if name not in scripts:
             raise InputError(f"{path}: also = {name!r} is none of {', '.join(scripts)}.")
         more = msgspec.convert(load_table(scripts[name], "letters of drawn hands"), _LettersFile)
-        file.letters, file.languages = more.letters | file.letters, more.languages | file.languages
+        known = more.letters | file.letters
+        drawn = {
+            letter: forms for letter, forms in more.letters.items() if not isinstance(forms, str) or forms in known
+        }
+        file.letters, file.languages = drawn | file.letters, more.languages | file.languages
     for key, (least, greatest) in _BOUNDS.items():
         value = getattr(file, key)
         if value is not None and not least <= value <= greatest:
