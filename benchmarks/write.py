@@ -1,35 +1,27 @@
-"""How fast text becomes strokes, pictures and files, and how little a page repeats itself.
+"""How fast text becomes strokes, and how little a page repeats itself.
 
 Times are CPU seconds after start-up; the yardstick beside them is a numpy matrix product on the same machine in the
-same run, so that figures from two machines can be compared.
+same run, so that figures from two machines can be compared.  Those of whole commands are `benchmarks.speed`'s.
 """
 
 from __future__ import annotations
 
-import os
-import subprocess
-import sys
-import tempfile
 import time
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 
 from handout.hand.drawn import Hand
-from handout.hand.library import find, load, names
+from handout.hand.library import load, names
 from handout.inking.plain import flatten, ink
 from handout.motion.trace import trace
 from handout.page_sizes import page
-from handout.pipeline.options import PictureOptions, WritingOptions
-from handout.pipeline.writing import drawings, write
 from handout.values import Drawing
 from handout.writing.compose import compose
 from handout.writing.layout import Layout
 from handout_lab.score.repetition import components, repetition
 
 GOAL_SECONDS = 1.0
-GOAL_START = 0.15
 GOAL_REPETITION = {"house-joined": 0.02, "house-quick": 0.02, "house-print": 0.05}
 SENTENCE = "Dear Anna, thank you for the lovely parcel that came on Friday."
 TEXT = (Path(__file__).parent / "three-hundred-words.txt").read_text(encoding="utf-8").strip()
@@ -50,54 +42,9 @@ def yardstick() -> float:
     return time.process_time() - start
 
 
-def _command(*arguments: str | Path) -> float:
-    """Least CPU seconds of a whole command over some runs, the interpreter's own start included.
-
-    As users run it: nothing tells it how many threads its linear algebra may take.
-    """
-    import resource
-
-    own = {name: value for name, value in os.environ.items() if not name.endswith("_NUM_THREADS")}
-    least = float("inf")
-    for _ in range(5):
-        before = resource.getrusage(resource.RUSAGE_CHILDREN)
-        subprocess.run([sys.executable, "-m", "handout", *arguments], capture_output=True, check=True, env=own)
-        after = resource.getrusage(resource.RUSAGE_CHILDREN)
-        least = min(least, after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime)
-    return least
-
-
-def _spent(work: Callable[[], object]) -> float:
-    """CPU seconds of some work in this process."""
-    start = time.process_time()
-    work()
-    return time.process_time() - start
-
-
-def _scanned(folder: Path) -> None:
-    """A scanned hand: whole commands, and texts with the hand loaded."""
-    for name, suffix, goal in (("house-joined-ballpoint", ".png", 1.5), ("house-joined", ".svg", 0.5)):
-        spent = _command("write", SENTENCE, "--hand", name, "-o", folder / f"a{suffix}")
-        print(
-            f"handout write, {len(SENTENCE.split())} words in {name}, {suffix}: {spent:.2f} s of CPU (goal {goal:g}), "
-            f"{spent / yardstick():.1f} yardsticks"
-        )
-    writing, fine = WritingOptions(hand=find("house-joined-ballpoint"), seed=1), PictureOptions(dpi=600)
-    write(SENTENCE, [folder / "a.png"], writing)  # what is worked out of the hand once is not counted
-    for what, goal, work in (
-        ("12 words at 600 dpi", 0.6, lambda: write(SENTENCE, [folder / "a.png"], writing, picture=fine)),
-        ("300 words at 600 dpi", 8.0, lambda: write(TEXT, [folder / "b.png"], writing, picture=fine)),
-        ("300 words as strokes", 3.0, lambda: drawings(TEXT, writing)),
-    ):
-        print(f"{what}, scanned hand loaded: {_spent(work):.2f} s of CPU (goal {goal})")
-
-
 def main() -> None:
     """Print the measurements."""
-    print(f"start-up of handout --help: {_command('--help') * 1e3:.0f} ms of CPU (goal {GOAL_START * 1e3:.0f})")
     print(f"yardstick: {yardstick() * 1e3:.0f} ms of CPU")
-    with tempfile.TemporaryDirectory() as folder:
-        _scanned(Path(folder))
     thousand = TEXT[:1000]
     for name in names():
         hand = load(name)

@@ -29,6 +29,15 @@ handout pen test --device simulated --page A5 --dry-run "$work/test-sheet.png" -
 handout write "It writes itself." --hand house-joined --page 90x20mm --margin 3mm,6mm --pages 1 --fit --seed 2 --quiet -o "$here/replay.svg"
 handout write "Dear Ada, thank you for the quinces. We shall visit you in August and bring the old zither." \
   --hand house-joined-ballpoint --page 130x30mm --margin 4mm,6mm --pages 1 --fit --seed 1 --dpi 150 --quiet -o "$work/scanned.png"
+while IFS='|' read -r hand language text; do
+  handout write "$text" --hand "house-$hand" --language "$language" --page 110x55mm --margin 4mm,6mm --pages 1 --fit --seed 6 --dpi 140 --quiet -o "$work/alphabet-$language.png"
+done <<'TEXTS'
+joined|ru|Дорогая бабушка, яблоки дошли целыми. Ждём тебя в гости: щенок вырос и уже сторожит двор.
+quick|uk|Уранці над річкою туман. Їжак з'їв грушу на ґанку й пішов; цього літа поїдемо в гори.
+print|el|Αύριο θα πάμε στο νησί με το πρώτο καράβι. Ξέρεις τον δρόμο; Φέρε ψωμί και γλυκά!
+joined|sr|Топот и граја: ђаци носе у џеповима љешнике, а бака пече пуњене паприке.
+TEXTS
+handout print examples/abroad.csv --printer pdf --hand house-print --home-country DE --seed 2 --dpi 70 --quiet --dry-run "$work/alphabet-to.png"
 handout print examples/envelope.csv --printer pdf --hand house-quick --rows 2-5 --seed 2 --pen fountain --dpi 100 --quiet --dry-run "$work/envelope.png"
 handout write "Ink has" --page 60x22mm --margin 5mm --seed 3 --quiet -o "$work/pen.inkml"
 handout strokes fit "$work/pen.inkml" -o "$work/plan.json" --report "$here/fit.svg"
@@ -62,6 +71,7 @@ def sheet(pictures, columns, to, colours=64):
 sheet([work / f"{name}.png" for name in ("joined", "quick", "print")], 1, here / "hands.png")
 sheet(sorted(work.glob("formulas-*.png")), 2, here / "formulas.png", 16)
 sheet(sorted(work.glob("envelope-*.png")), 2, here / "envelope.png")
+sheet(sorted(work.glob("alphabet-??.png")) + sorted(work.glob("alphabet-to-*.png")), 2, here / "alphabets.png", 32)
 sheet(sorted(work.glob("of-letter-*.png")), 3, here / "letter-pages.png", 256)
 sheet([here / "thank-you.png"], 1, here / "thank-you.png")
 sheet([work / "styles.png"], 1, here / "styles.png", 32)

@@ -58,7 +58,7 @@ class Pace:
     Durations, overlaps and how the pen lands and leaves are fitted to 92 sentences of joined writing by 13 writers,
     recorded at 200 Hz (UNIPEN, `atu`): speeds that follow from the shape alone agree with the recorded ones with a
     correlation of .88, that of their logarithms along the path, and of .82 and .84 for two writers to whom nothing was
-    fitted (`benchmarks/speed.py`).  How hard the pen was pressed there says nothing more (correlation with the
+    fitted (`benchmarks/pen_speed.py`).  How hard the pen was pressed there says nothing more (correlation with the
     residuals −.00, middle of the sentences), and on simulated pages density and width of the ink add .00.
     """
 

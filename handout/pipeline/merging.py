@@ -125,16 +125,22 @@ def _letter(path: Path, listener: Listener) -> tuple[LetterTemplate, str | None]
 
 
 def _abroad(table: Addresses, home: str) -> Addresses:
-    """The addresses without the country of the sender."""
+    """The addresses without the country of the sender, and with others in the sender's script."""
     if not home:
         return table
     country = countries.find(home)
     if country is None:
         raise InputError(f"home country: {home!r} is no country that is known; give a name or a code such as DE.")
-    rows = [
-        replace(row, lines=row.lines[:-1]) if len(row.lines) > 2 and countries.find(row.lines[-1]) == country else row
-        for row in table
-    ]
+    rows = []
+    for row in table:
+        *rest, last = row.lines or ("",)
+        named = countries.find(last) if len(rest) > 1 else None
+        if named == country:
+            row = replace(row, lines=tuple(rest))
+        elif named is not None and (own := countries.spell_abroad(last, country)) != last:
+            said = f"the country {last} is written {own}, in the sender's letters"
+            row = replace(row, lines=(*rest, own), warnings=(*row.warnings, said))
+        rows.append(row)
     return replace(table, rows=tuple(rows))
 
 

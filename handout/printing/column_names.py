@@ -1,4 +1,4 @@
-"""The names that columns of address tables have, as people and programs write them, in six languages.
+"""The names that columns of address tables have, as people and programs write them, in twelve languages.
 
 A new name of a column is one more word here, beside those of its role; a word that says whose address a column holds
 ("home", "Liefer") goes to the kinds of address.  Names are compared without case, accents, spaces and punctuation.
@@ -9,7 +9,8 @@ from __future__ import annotations
 import re
 import unicodedata
 
-# Role → names of columns of that role.  English, German, French, Spanish, Italian, Dutch.
+# Role → names of columns of that role.  English, German, French, Spanish, Italian, Dutch; Russian, Ukrainian,
+# Belarusian, Bulgarian, Serbian, Greek.
 _ROLES: dict[str, str] = {
     "name": """name, full name, fullname, recipient, addressee, contact, contact name, to, display name
         Name, Vollständiger Name, Empfänger, Kontakt, Vor- und Nachname, Vor- und Zuname, Vor-/Nachname, Name Vorname
@@ -22,24 +23,31 @@ _ROLES: dict[str, str] = {
         Gast, Gäste, Gastname, Gästename, Namen, Familie, Eingeladene, Empfängername, Kunde
         invité, invités, noms, famille, invitado, invitados, nombres, familia, ospite, ospiti, invitati, famiglia
         nomi
-        gast, gasten, namen, genodigde, genodigden, klant""",
+        gast, gasten, namen, genodigde, genodigden, klant
+        имя, ФИО, полное имя, получатель, имя и фамилия, имя фамилия, фамилия имя, гость, гости, імʼя, ПІБ
+        одержувач, імʼя та прізвище
+        име, име и фамилия, име и презиме, прималац, ονοματεπώνυμο, όνομα, παραλήπτης""",
     "title": """title, prefix, honorific, Titel, Anrede, civilité, titre, tratamiento, título, titolo
         aanhef, titulatuur, name prefix, salutation, courtesy title, akademischer Titel, Titel/Anrede
         Anrede/Titel""",
     "first": """first name, firstname, given name, forename, first, Vorname, Rufname, prénom, nombre de pila
-        primo nome, voornaam""",
+        primo nome, voornaam
+        име лично, собствено име, ιδιο όνομα, μικρό όνομα""",
     "suffix": """suffix, name suffix, generational suffix, post-nominals, Namenszusatz, suffixe, sufijo, suffisso
         achtervoegsel""",
     "middle": """middle name, middle, second name, zweiter Vorname, deuxième prénom, segundo nombre, tussenvoegsel
-        additional name, weitere Vornamen, middle initial""",
+        additional name, weitere Vornamen, middle initial
+        отчество, по батькові, презиме бащино, πατρώνυμο""",
     "last": """last name, lastname, surname, family name, last, Nachname, Familienname, Zuname
-        nom de famille, nom de naissance, apellido, apellidos, primer apellido, cognome, achternaam, familienaam""",
+        nom de famille, nom de naissance, apellido, apellidos, primer apellido, cognome, achternaam, familienaam
+        фамилия, прізвище, прозвішча, фамилно име, презиме, επώνυμο""",
     "company": """company, company name, organisation, organization, business, firm, employer, institution
         organization name, organisation name
         organization 1 name
         Firma, Firmenname, Unternehmen, Betrieb, Institution, Organisation
         société, entreprise, raison sociale, organisme, empresa, razón social, compañía, sociedad, organización
-        azienda, società, ditta, ragione sociale, impresa, bedrijf, bedrijfsnaam, organisatie, firma""",
+        azienda, società, ditta, ragione sociale, impresa, bedrijf, bedrijfsnaam, organisatie, firma
+        компания, организация, фирма, предприятие, компанія, організація, предузеће, εταιρεία, επιχείρηση""",
     "careof": "c/o, care of, chez, presso, per Adresse, p. A.",
     "attention": """attention, attn, department, dept, division
         organization department, organization 1 department
@@ -53,11 +61,14 @@ _ROLES: dict[str, str] = {
         rue, voie, rue et numéro, numéro et rue, n° et rue, numéro et voie, n° et voie, adresse ligne 1
         calle, calle y número, domicilio, vía, dirección 1, dirección línea 1
         via, via e numero, via e numero civico, indirizzo 1, via/piazza
-        straat, straatnaam, straat en huisnummer, straat en nummer, adres 1, adresregel 1""",
+        straat, straatnaam, straat en huisnummer, straat en nummer, adres 1, adresregel 1
+        улица, улица и номер, улица и дом, улица дом, улица и број, вулиця, вулиця та номер, вуліца, οδός
+        οδός και αριθμός, διεύθυνση 1""",
     "number": """house number, house no, number, no., building number, street number, Hausnummer, Hausnr., Nr.
         Haus-Nr.
         numéro, n°, numéro de rue, número, núm., número de calle, numero civico, civico, numero
-        huisnummer, huisnr., nummer, nr""",
+        huisnummer, huisnr., nummer, nr
+        дом, номер дома, будинок, номер будинку, кућни број, αριθμός""",
     "street2": """street 3, street 2, Straße 2, Straße 3, rue 2, calle 2, via 2, straat 2, address line 2
         address 2, line 2, addr 2, address line 3, address 3, line 3
         Adresszeile 2, Adresse 2, Anschrift 2, Adresszeile 3, adresse ligne 2, adresse 3
@@ -68,22 +79,30 @@ _ROLES: dict[str, str] = {
         Stockwerk
         complément, complément d'adresse, bâtiment, étage, appartement, résidence
         piso, puerta, complemento, escalera, interno, scala, piano, palazzina
-        toevoeging, huisnummertoevoeging, bus""",
+        toevoeging, huisnummertoevoeging, bus
+        квартира, кв., корпус, подъезд, этаж, під'їзд, поверх, апартамент, вход, етаж, стан, спрат, διαμέρισμα
+        όροφος""",
     "box": """PO box, P.O. box, post office box, Postfach, boîte postale, BP, apartado, apartado de correos
-        casella postale, CP casella, postbus""",
+        casella postale, CP casella, postbus
+        абонентский ящик, а/я, абонентська скринька, пощенска кутия, поштански фах, ταχυδρομική θυρίδα, Τ.Θ.""",
     "postcode": """postal code, postcode, post code, ZIP, ZIP code, zipcode, eircode, pin code
         zip or postal code, zip 5, post codes
         PLZ, Postleitzahl, code postal, CP, NPA, código postal, C.P., cód. postal, CAP, codice postale
-        codice di avviamento postale, postnummer""",
+        codice di avviamento postale, postnummer
+        индекс, почтовый индекс, індекс, поштовий індекс, паштовы індэкс, пощенски код, п.к., поштански број
+        ταχυδρομικός κώδικας, Τ.Κ.""",
     "city": """city, town, post town, municipality, place, city name
         Ort, Stadt, Wohnort, Gemeinde, Ortsname, ville, localité, commune
-        ciudad, población, localidad, municipio, città, comune, località, plaats, woonplaats, stad, gemeente""",
+        ciudad, población, localidad, municipio, città, comune, località, plaats, woonplaats, stad, gemeente
+        город, населённый пункт, місто, населений пункт, горад, град, населено място, място, место, πόλη""",
     "locality": """locality, suburb, village, neighbourhood, neighborhood, dependent locality, hamlet
         Ortsteil, Ortschaft, Stadtteil, lieu-dit, quartier, hameau, barrio, colonia, frazione, quartiere
-        wijk, buurt""",
+        wijk, buurt
+        район, село, деревня, посёлок, вёска, χωριό, συνοικία""",
     "state": """state, ST, province, territory, state code, Bundesland, Kanton, Provinz, canton, provincia, estado
         prov.
-        sigla provincia, provincie, Bundesland/Kanton""",
+        sigla provincia, provincie, Bundesland/Kanton
+        область, край, вобласць, νομός, покрајина""",
     "county": """county, region, région, département, comunidad autónoma, regione, Landkreis, Kreis""",
     "place": """city st zip, city state zip, city state zip code, city and zip, zip city, postcode city
         postcode and city
@@ -92,12 +111,14 @@ _ROLES: dict[str, str] = {
         CP ciudad, CP población, CP localidad, código postal y ciudad, CAP città, CAP e città, CAP località
         postcode plaats, postcode en plaats, postcode woonplaats, postcode en woonplaats""",
     "country": """country, country name, country code, country/region, nation
-        Land, Staat, Ländercode, pays, code pays, país, código de país, paese, nazione, stato, landcode""",
+        Land, Staat, Ländercode, pays, code pays, país, código de país, paese, nazione, stato, landcode
+        страна, країна, краіна, држава, земља, държава, χώρα""",
     "address": """address, adress, addresses, full address, formatted, formatted address, where to send, send to
         postal address, mailing address, address block, delivery address
         shipping address, Adresse, Anschrift, Postadresse, Postanschrift, Adressblock, Lieferadresse
         adresse complète, adresse postale, dirección, dirección completa, dirección postal
-        indirizzo, indirizzo completo, indirizzo postale, adres, volledig adres, postadres, recapito""",
+        indirizzo, indirizzo completo, indirizzo postale, adres, volledig adres, postadres, recapito
+        адрес, почтовый адрес, полный адрес, адреса, поштова адреса, адрас, διεύθυνση, ταχυδρομική διεύθυνση""",
 }
 
 # Which of a person's addresses a column belongs to: words before or behind what the column holds.
@@ -120,7 +141,7 @@ LABELS = frozenset({"label", "type"})
 # as often a running number as a house number
 AMBIGUOUS_NUMBERS = frozenset({"number", "no", "nr", "nummer", "numero", "num", "n"})
 # the whole name, or the half of it that no other column holds
-AMBIGUOUS_NAMES = frozenset({"name", "nom", "nombre", "nome", "naam"})
+AMBIGUOUS_NAMES = frozenset({"name", "nom", "nombre", "nome", "naam", "имя", "име", "імя", "ονομα"})
 # ends of names of an address as a whole, also beside columns for its parts; other words for "address" are the street
 _WHOLE_ADDRESS = """full address, address block, formatted, formatted address, Adressblock, adresse complète
     dirección completa, indirizzo completo, volledig adres"""

@@ -8,9 +8,12 @@ number of a house or a flat stands: that, and the other names by which people ca
 from __future__ import annotations
 
 import re
+import unicodedata
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
+
+import regex
 
 from handout.printing.column_names import normalise
 
@@ -41,7 +44,9 @@ class Country:
 
 # ISO codes, each behind a space
 _NUMBER_FIRST = " AU CA FR GB IE IN JP LU NZ SG US ZA"
-_NUMBER_LAST = " AT BE BG BR CH CZ DE DK EE ES FI GR HR HU IS IT LI LT LV MX NL NO PL PT RO SE SI SK TR UA"
+_NUMBER_LAST = (
+    " AT BE BG BR CH CZ DE DK EE ES FI GR HR HU IS IT LI LT LV MX NL NO PL PT RO SE SI SK TR UA BY CY MK ME RS RU"
+)
 _EXTRA_FIRST = " AT BE CH DE FR GB IE LI LU"
 # codes that are no ISO ones, and names that the CLDR does not have
 _CODES = "A AT, B BE, D DE, GER DE, E ES, F FR, FL LI, I IT, L LU, P PT, S SE"
@@ -174,7 +179,25 @@ def last_line(cell: str) -> str:
     """The country as it stands in the last line: in capitals, in the sender's own word, a code spelt out."""
     called, country = normalise(cell), find(cell)
     is_code = country is not None and len(called) <= 3 and called not in _aliases()[1]
-    return country.name if country and is_code else cell.upper()
+    return country.name if country and is_code else _capitals(cell)
+
+
+def _capitals(name: str) -> str:
+    """A name in capitals; Greek ones have no tonos."""
+    greek = "".join(c for c in unicodedata.normalize("NFD", name.upper()) if c != "\u0301")
+    return unicodedata.normalize("NFC", greek) if regex.search(r"\p{Greek}", name) else name.upper()
+
+
+def spell_abroad(line: str, home: Country) -> str:
+    """A country's line as people of another write it, in capitals, where it stands in another script than theirs."""
+    from babel import Locale
+
+    country = find(line)
+    if country is None:
+        return line
+    own = _capitals(str(Locale.parse(f"und_{home.code}").territories[country.code]))
+    scripts = {unicodedata.name(next(filter(str.isalpha, text))).split()[0] for text in (line, own)}
+    return own if len(scripts) > 1 else line
 
 
 def postcode_warning(postcode: str, country: Country) -> str | None:

@@ -44,7 +44,7 @@ class Adaptation:
     rehearsed: int = 45  # synthetic lines
     # of the columns, since neighbours are nearly alike: all of them, learned at half the rate, did no better
     share: float = 0.5
-    epochs: int = 2  # the networks start from what they know
+    epochs: int = 1  # two where a person confirmed letters; else a second found no more on five real pages
     rate: float = 8e-4  # of learning
     page_weight: float = 2.0  # of a column of the page; a synthetic one has 1
     known_weight: float = 8.0  # of a column of a letter that a person confirmed; 24 mended no more of a simulated page
@@ -275,6 +275,6 @@ def adapt_networks(
     copies = []
     for number, shipped in enumerate(networks):
         tell(number / len(networks), "learning from the page")
-        epochs, rate = _ADAPTATION.epochs, _ADAPTATION.rate
+        epochs, rate = _ADAPTATION.epochs * (1 if known is None else 2), _ADAPTATION.rate
         copies.append(network.train_network(shipped, columns, epochs=epochs, rate=rate, rng=rng, importance=weights))
     return tuple(copies)

@@ -207,6 +207,19 @@ class GivenHand(Body, frozen=True):
     upload: UploadId
 
 
+class HandCheck(Body, frozen=True):
+    """What is asked of a hand: at most so many questions about letters that read badly; 0: a picture of its pages."""
+
+    questions: Annotated[int, Meta(ge=0, le=40)] = 0
+
+
+class Answered(Body, frozen=True):
+    """Answers to questions about a hand, as `handout hand answer` takes them; task : that asked them."""
+
+    task: Annotated[str, Meta(max_length=100)]
+    answers: Annotated[tuple[Annotated[str, Meta(max_length=40)], ...], Meta(min_length=1, max_length=200)]
+
+
 class Lacking(Body, frozen=True):
     """A text that is to be written in a hand."""
 

@@ -12,7 +12,7 @@ from starlette.responses import FileResponse, Response
 
 from handout import atomic
 from handout.pipeline.options import PictureOptions, PromptOptions, ReadingOptions, SheetOptions, WritingOptions
-from handout.web.calls import GivenHand, Lacking, MorePages, NewHand, Sheets
+from handout.web.calls import Answered, GivenHand, HandCheck, Lacking, MorePages, NewHand, Sheets
 from handout.web.routes import Way, json_answer
 from handout.web.studio import PICTURES, Studio
 from handout.web.tasks import follow_task
@@ -93,6 +93,26 @@ async def lacks(studio: Studio, request: Request, body: Lacking) -> Response:
     return json_answer(await studio.answer("looking for letters", call))
 
 
+async def check(studio: Studio, request: Request, body: HandCheck) -> Response:
+    """What was found on the pages of a hand, drawn on them; or questions about its letters."""
+    name, folder = name_of(request), studio.folder()
+    await studio.settle_hand(studio.hand(name))
+    asked = (None, None, folder / "questions.png", body.questions) if body.questions else (folder / "found.png",)
+    call = Call("kept_hands.check_hand", (studio.hand(name), *asked))
+    return await follow_task(request, studio.begin(studio.long, f"looking through {name}", call, folder))
+
+
+async def answer(studio: Studio, request: Request, body: Answered) -> Response:
+    """Answers become corrections, by the process that corrects letters: one writer."""
+    name, asked = name_of(request), studio.tasks.get(body.task)
+    questions = next((path for path in asked.files if path.suffix == ".json"), None) if asked else None
+    if questions is None:
+        raise HTTPException(422, "These questions are not here any more: ask them again.")
+    await studio.settle_hand(studio.hand(name))
+    call = Call("kept_hands.answer_questions", (studio.hand(name), questions, body.answers), listens=True)
+    return await follow_task(request, studio.begin(studio.desk, f"correcting {name}", call))
+
+
 async def read_hand(studio: Studio, request: Request, body: NewHand) -> Response:
     """Scans become a hand."""
     scans = [find_upload(studio, key) for key in body.scans]
@@ -159,6 +179,10 @@ ROUTES = (
         body=MorePages),
     Way("POST", "/api/hands/given", "A .hand file, kept among the user's own", take, body=GivenHand),
     Way("POST", "/api/hands/{name}/copy", "A copy of a scanned hand among the user's own, called my-NAME", copy),
+    Way("POST", "/api/hands/{name}/check", "What was found on its pages, drawn on them; or questions about its letters",
+        check, body=HandCheck),
+    Way("POST", "/api/hands/{name}/answers", "Answer such questions: what reads badly is not written any more", answer,
+        body=Answered),
     Way("GET", "/api/hands/{name}/file", "A scanned hand as a .hand file", give, answer="application/zip",
         query=(("ink_only", "true: without the scans that it keeps beside the ink"),)),
     Way("DELETE", "/api/hands/{name}", "Delete a scanned hand of the user's own", remove),

@@ -26,7 +26,13 @@ TYPES = {
     ".eps": "application/postscript", ".dxf": "image/vnd.dxf",
     ".json": "application/json", ".hand": "application/zip", ".toml": "application/toml", ".jpg": "image/jpeg",
 }  # fmt: skip
-DRAFTS = ("draft", "style", "texts", "batch")  # of Write and Style, of what is on scans, of a batch's letter
+DRAFTS = (
+    "draft",
+    "style",
+    "texts",
+    "batch",
+    "own",
+)  # Write, Style, what is on scans, a table's letter, steps to a hand
 _ALIVE = 15.0  # s after which a stream of events says that it is still there
 _LOOK = 0.25  # s between two looks whether who asked is still there
 

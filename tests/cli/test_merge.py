@@ -126,6 +126,13 @@ def test_the_sender_and_the_home_country(call):
     assert len(Path("front-002.svg").read_text()) > len(Path("back-002.svg").read_text())
 
 
+def test_a_country_is_written_in_the_senders_letters(call):
+    Path("abroad.csv").write_text("ФИО;Улица;Город;Индекс;Страна\nОксана;вул. Франка 7;Львів;79000;Україна\n", "utf-8")
+    out, err = call("print", "abroad.csv", *SMALL, "--home-country", "DE", "--dry-run", "a.svg", "--json")
+    said = "row 2: the country УКРАЇНА is written UKRAINE, in the sender's letters"
+    assert said in err and json.loads(out)["warnings"] == [said]
+
+
 def titles():
     """What the jobs are called that the simulated printer has, without the name of their batch."""
     entries = map(json.loads, Path("printed/jobs.jsonl").read_text(encoding="utf-8").splitlines())

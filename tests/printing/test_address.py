@@ -44,6 +44,8 @@ def lines(**fields):
          ("Werk", "A", "c/o Bo", "Weg 2", "8010 Graz", "AUSTRIA")),
         ({"postcode": "101000", "city": "Москва", "street": "ул. Мира 1", "country": "Россия"},
          ("A", "ул. Мира 1", "Москва", "101000", "РОССИЯ")),
+        ({"postcode": "10563", "city": "Αθήνα", "street": "Ερμού", "number": "24", "country": "Ελλάδα"},
+         ("A", "Ερμού 24", "10563 Αθήνα", "ΕΛΛΑΔΑ")),
         ({"city": "Hong Kong", "state": "Kowloon", "street": "8 Road", "country": "USA"},
          ("A", "8 Road", "Hong Kong, Kowloon", "USA")),
     ],
@@ -100,6 +102,15 @@ def test_a_code_that_became_a_decimal_number_is_mended():
 
 def test_a_street_without_a_city_is_mentioned():
     assert address.lines({"street": ["Weg 1"]})[1] == ["it names no city"]
+
+
+def test_a_country_in_another_script_is_spelt_as_the_sender_does():
+    germany, greece, serbia = map(countries.find, ("DE", "GR", "RS"))
+    spelt = [countries.spell_abroad("РОССИЯ", germany), countries.spell_abroad("FRANCE", greece),
+             countries.spell_abroad("DEUTSCHLAND", serbia)]  # fmt: skip
+    assert spelt == ["RUSSLAND", "ΓΑΛΛΙΑ", "НЕМАЧКА"]
+    assert countries.spell_abroad("ITALIA", germany) == "ITALIA" and countries.spell_abroad("12", germany) == "12"
+    assert countries.last_line("Ελλάδα") == "ΕΛΛΑΔΑ"
 
 
 def test_tidy():

@@ -20,12 +20,18 @@ from handout.printing import column_names, columns
          ["first", "last", "street", "postcode", "city", "state", "country"]),
         (["Voornaam", "Achternaam", "Straat", "Huisnummer", "Postcode", "Woonplaats", "Land"],
          ["first", "last", "street", "number", "postcode", "city", "country"]),
+        (["Имя", "Фамилия", "Улица", "Дом", "Квартира", "Индекс", "Город", "Область", "Страна"],
+         ["first", "last", "street", "number", "extra", "postcode", "city", "state", "country"]),
+        (["ПІБ", "Вулиця", "Будинок", "Поштовий індекс", "Місто", "Країна"],
+         ["name", "street", "number", "postcode", "city", "country"]),
+        (["Ονοματεπώνυμο", "Οδός", "Αριθμός", "Τ.Κ.", "Πόλη", "Χώρα"],
+         ["name", "street", "number", "postcode", "city", "country"]),
         (["Nr.", "Name", "Anschrift"], [None, "name", "address"]),
         (["Name", "Adresse", "PLZ/Ort"], ["name", "street", "place"]),
         (["name", "c/o", "strasse", "E-Mail"], ["name", "careof", "street", None]),
     ],
 )  # fmt: skip
-def test_headers_of_six_languages(headers, roles):
+def test_headers_of_many_languages(headers, roles):
     assert [column.role for column in columns.columns(headers)] == roles
 
 

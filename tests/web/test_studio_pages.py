@@ -13,6 +13,10 @@ pytestmark = [
     pytest.mark.skipif(CHROMIUM is None, reason="Chromium is not installed"),
 ]
 
+# what of a page is lower than 44 px, but for links and boxes in a line of text, whose label is pressed
+SMALL = """[...document.querySelectorAll('button, .button, select, input:not([type=checkbox]), nav a, summary')]
+    .filter(one => one.checkVisibility() && !one.disabled && one.getBoundingClientRect().height < 43.5)
+    .map(one => one.outerHTML.slice(0, 80))"""
 NOTED = """button => new MutationObserver(() => {
     button.dataset.said = [button.dataset.said, button.textContent].filter(Boolean).join();
 }).observe(button, {childList: true})"""
@@ -103,9 +107,13 @@ def test_refusals_stand_where_the_text_is(page):
 def test_hands_are_shown_and_a_wrong_one_is_refused(page):
     page.set_viewport_size({"width": 1280, "height": 800 if SHOTS else 360})  # samples are of hands in view
     page.get_by_role("link", name="My hand").click()
+    page.get_by_role("link", name="All hands").click()
     for name in ("mine", "house-joined"):
         page.locator("li.card", has_text=name).locator("img").first.wait_for()
     kept(page, "hands")
+    assert axe(page) == []
+    page.get_by_role("link", name="A new hand").click()
+    page.get_by_text("Photograph", exact=True).click()
     assert axe(page) == []
     page.get_by_label("Scans or photographs").set_input_files(
         {"name": "noise.png", "mimeType": "image/png", "buffer": b"no picture"}
@@ -115,6 +123,50 @@ def test_hands_are_shown_and_a_wrong_one_is_refused(page):
     page.get_by_role("button", name="Read the hand").click()
     page.locator(".bad", has_text="noise.png").wait_for()
     assert "/tmp" not in page.locator(".bad", has_text="noise.png").inner_text()
+    page.set_viewport_size({"width": 1280, "height": 800})
+
+
+def test_a_page_becomes_a_hand_that_is_looked_at_asked_about_and_written_with(page, small_scan):
+    page.goto(page.home + "#own")
+    page.reload()  # it is gone on with where it was left
+    page.get_by_text("Photograph", exact=True).click()
+    page.get_by_label("Scans or photographs").set_input_files(str(small_scan.scan))
+    page.get_by_label("What is written on it").fill(Path(small_scan.text).read_text(encoding="utf-8"))
+    page.get_by_label("Name", exact=True).fill("ours")
+    page.get_by_role("button", name="Read the hand").click()
+    page.locator(".found-pages img").wait_for()
+    kept(page, "own-look", 800)
+    assert axe(page) == [] and re.search(r"\d+ letters were found", page.locator(".found-pages").inner_text())
+    page.get_by_role("button", name="Next: ten letters").press("Enter")
+    page.get_by_role("button", name="Row 1,").press("Enter")
+    kept(page, "own-ask", 800)
+    assert axe(page) == []
+    page.reload()  # what was reached is kept; the questions are asked anew
+    page.get_by_role("button", name="Row 1,").press("Enter")
+    page.get_by_role("button", name="Keep the answers").press("Enter")
+    page.get_by_role("textbox", name="A line").fill("even lines")
+    page.get_by_role("button", name="Write it").press("Enter")
+    page.locator('.sheet img[alt="even lines"]').wait_for()
+    assert axe(page) == []
+    page.goto(page.home + "#letters/ours")
+    page.locator("path.ink.kept_out").first.wait_for(state="attached")
+
+
+def test_a_phone_shows_the_text_one_button_and_the_page_in_this_order(page):
+    """And all that is touched is as large as a finger, on every page."""
+    page.set_viewport_size({"width": 390, "height": 844})
+    page.goto(page.home + "#write")
+    page.wait_for_selector(".sheet svg path.stroke")
+    tops = [page.locator(which).bounding_box() for which in ("#text", ".make", ".sheet", ".tools", ".looks")]
+    assert [box["y"] for box in tops] == sorted(box["y"] for box in tops) and tops[2]["y"] < 500
+    for name in ("home", "write", "table", "own", "hands", "jobs", "calibration"):
+        page.goto(page.home + f"#{name}")
+        page.locator("h1").first.wait_for(state="attached")
+        page.get_by_text("Looking for").wait_for(state="detached")
+        small = page.evaluate(SMALL)
+        assert small == [], (name, small)
+        assert page.evaluate("document.documentElement.scrollWidth") <= 390, name
+        assert axe(page) == [], name
     page.set_viewport_size({"width": 1280, "height": 800})
 
 

@@ -1,36 +1,7 @@
-// The page Hands: a gallery, a new hand from scans, what a text would lack, sheets to write on.
+// The page All hands: a gallery, and what a text would lack in a hand.
 
-import { blob, fileOf, request, task } from './api.js';
-import { choice, field, h, picker, save, say, tick } from './dom.js';
-import * as drafts from './drafts.js';
-
-const TAKEN = '.png,.jpg,.jpeg,.tif,.tiff,.pdf,.webp,.bmp,.hand';
-const NEEDS_NO_TEXT = 'Leave the text empty for sheets that were made here: they say what is written on them.';
-
-/** A line that shows how far work has come, and can cancel it. */
-function progress() {
-  const bar = h('progress', { max: 1, value: 0, 'aria-label': 'Progress' });
-  const stage = h('span', { class: 'quiet' });
-  const cancel = h('button', { type: 'button' }, 'Cancel');
-  const line = h('div', { class: 'work', hidden: true }, stage, bar, cancel);
-  let own = null;
-  cancel.addEventListener('click', () => own?.abort());
-  return {
-    line,
-    async run(work) {
-      own = new AbortController();
-      line.hidden = false;
-      try {
-        return await work((snapshot) => {
-          bar.value = snapshot.share;
-          stage.textContent = snapshot.state === 'waiting' ? 'waiting' : snapshot.stage;
-        }, own.signal);
-      } finally {
-        line.hidden = true;
-      }
-    },
-  };
-}
+import { blob, request } from './api.js';
+import { choice, field, h, save, say } from './dom.js';
 
 function shown(title, picture) {
   const dialog = h('dialog', { 'aria-label': title },
@@ -72,7 +43,7 @@ function card(hand, redraw, seen) {
   const actions = [h('a', { class: 'button', href: `#write/${encodeURIComponent(hand.name)}`, 'aria-label': `Write in ${hand.name}` }, 'Write'), act('All letters', async () => shown(`Letters of ${hand.name}`, await pictureOf(`${url}/sheet`, `All letters of ${hand.name}`, 'image/png')))];
   if (!hand.drawn) actions.push(act(hand.scans ? 'Save with scans' : 'Save', async () => save(await blob(`${url}/file`), `${hand.name}.hand`)));
   if (hand.scans) actions.push(act('Save ink only', async () => save(await blob(`${url}/file?ink_only=true`), `${hand.name}.hand`)));
-  if (!hand.drawn) actions.push(h('a', { class: 'button', href: `#letters/${encodeURIComponent(hand.name)}` }, 'Letters'));
+  if (!hand.drawn) actions.push(h('a', { class: 'button', href: `#letters/${encodeURIComponent(hand.name)}` }, 'Correct letters'));
   if (hand.removable) {
     actions.push(act('Delete', async () => {
       if (!confirm(`Delete the hand ${hand.name}? Its scans are not touched.`)) return;
@@ -92,111 +63,6 @@ function gallery(hands, redraw) {
   });
   const seen = (element, work) => { works.set(element, work); watch.observe(element); };
   return h('ul', { class: 'cards' }, hands.map((hand) => card(hand, redraw, seen)));
-}
-
-/** A new hand; with `own`, the names of hands that more pages may be added to. */
-function reader(redraw, own, typed) {
-  const into = choice(['', ...own], { '': 'a new hand', ...Object.fromEntries(own.map((name) => [name, `more of ${name}`])) });
-  const name = h('input', { required: true, pattern: '[\\w\\-]{1,80}', title: 'Letters, digits, - and _', autocomplete: 'off' });
-  const dpi = h('input', { type: 'number', min: 50, max: 2400, placeholder: 'as the file says' });
-  const [keeping, withScan] = tick('Keep the scan around the writing in the file, so that ink can be painted with it', { checked: true });
-  const list = h('div', { class: 'panel-scans' });
-  const refusal = h('p', { class: 'bad', role: 'alert' }), unkept = h('p', { class: 'bad', role: 'alert' });
-  const result = h('div', { 'aria-live': 'polite' });
-  const button = h('button', { class: 'main' }, 'Read the hand');
-  const { line, run } = progress();
-  const scans = [], texts = typed.texts || {}; // name of a file → what was typed of it, until it is read
-  const drop = picker('Scans or photographs, or a .hand file', 'Drop them here. 300 dpi or more; PNG, JPEG, TIFF, PDF.', { multiple: true, accept: TAKEN }, add);
-
-  function add(files) {
-    for (const file of files) {
-      const text = h('textarea', { rows: 4, oninput() { texts[file.name] = text.value; keep(); } });
-      text.value = texts[file.name] || '';
-      const scan = { file, text };
-      const box = h('div', { class: 'scan' },
-        h('div', { class: 'row between' }, h('strong', {}, file.name), h('button', { type: 'button', 'aria-label': `Take ${file.name} away`, onclick() { scans.splice(scans.indexOf(scan), 1); box.remove(); } }, 'Take away')),
-        file.name.endsWith('.hand') ? '' : field('What is written on it, line by line', text));
-      if (!name.value && file.name.endsWith('.hand')) name.value = file.name.replace(/\.hand$/, '');
-      scans.push(scan);
-      list.append(box);
-    }
-  }
-
-  const keep = () => drafts.keep('texts', { texts }, unkept);
-
-  async function read(heard, signal) {
-    const ids = [];
-    try {
-      return await readFrom(ids, heard, signal);
-    } finally {
-      for (const id of ids) request('DELETE', `/api/uploads/${id}`).catch(() => {});
-    }
-  }
-
-  async function readFrom(ids, heard, signal) {
-    for (const { file } of scans) {
-      heard({ share: 0, stage: `sending ${file.name}` });
-      ids.push((await request('POST', `/api/uploads?name=${encodeURIComponent(file.name)}`, file, signal)).id);
-    }
-    if (scans.length === 1 && scans[0].file.name.endsWith('.hand')) {
-      return { facts: await request('POST', '/api/hands/given', { name: name.value, upload: ids[0] }, signal) };
-    }
-    const texts = scans.map((scan) => scan.text.value).filter((text) => text.trim());
-    if (into.value) return task(`/api/hands/${into.value}/pages`, { scans: ids, texts, ink_only: !withScan.checked, ...(dpi.value ? { dpi: Number(dpi.value) } : {}) }, heard, signal);
-    return task('/api/hands', { name: name.value, scans: ids, texts, ink_only: !withScan.checked, ...(dpi.value ? { dpi: Number(dpi.value) } : {}) }, heard, signal);
-  }
-
-  async function submit(event) {
-    event.preventDefault();
-    refusal.textContent = ''; result.replaceChildren();
-    if (!scans.length) { refusal.textContent = 'Give a scan, a photograph or a .hand file first.'; return; }
-    button.disabled = true;
-    try {
-      const { facts, said = [] } = await run(read);
-      const figures = facts.glyphs ? `${facts.glyphs} letters, ${facts.doubtful.length} of them doubtful.` : 'It is among your hands now.';
-      const made = into.value || name.value, to = (page, label) => h('a', { class: 'button', href: `#${page}/${encodeURIComponent(made)}` }, label);
-      const lasting = said.filter((one) => !one.endsWith('…')); // not how far it had come
-      result.replaceChildren(h('p', {}, h('strong', {}, made), `: ${figures}`), h('div', { class: 'row' }, to('write', 'Write in it'), to('letters', 'Look at its letters')), ...lasting.map((one) => h('p', { class: 'quiet' }, one)));
-      for (const { file } of scans) delete texts[file.name];
-      keep();
-      scans.length = 0; list.replaceChildren(); name.value = '';
-      await redraw();
-    } catch (error) {
-      refusal.textContent = error.name === 'AbortError' ? 'It was cancelled.' : error.message;
-    } finally {
-      button.disabled = false;
-    }
-  }
-
-  const nameField = field('Name', name);
-  into.addEventListener('change', () => { button.textContent = into.value ? 'Read the pages' : 'Read the hand'; nameField.hidden = Boolean(into.value); name.required = !into.value; });
-  return h('section', { class: 'panel' }, h('h2', {}, 'A new hand'), h('form', { onsubmit: submit, 'aria-label': 'A new hand' },
-    drop, list, h('p', { class: 'quiet' }, NEEDS_NO_TEXT), h('div', { class: 'grid' }, own.length ? field('They become', into) : '', nameField, field('Resolution, dpi', dpi)), keeping, refusal, unkept, button, line, result));
-}
-
-function sheets(hands) {
-  const hand = choice(['', ...hands.map((one) => one.name)], { '': 'a new hand' });
-  const pages = h('input', { type: 'number', min: 1, max: 20, placeholder: 'as many as are needed' });
-  const page = choice(['A4', 'letter']);
-  const refusal = h('p', { class: 'bad', role: 'alert' });
-  const button = h('button', {}, 'Make sheets');
-  const { line, run } = progress();
-  async function submit(event) {
-    event.preventDefault();
-    refusal.textContent = ''; button.disabled = true;
-    const body = { page: page.value, ...(hand.value ? { hand: hand.value } : {}), ...(pages.value ? { pages: Number(pages.value) } : {}) };
-    try {
-      const done = await run((heard, signal) => task('/api/sheets', body, heard, signal));
-      save(await blob(fileOf(done)), 'sheets.pdf');
-      say(`Saved sheets.pdf: ${done.facts.pages} pages, about ${Math.round(done.facts.minutes)} minutes of writing.`);
-    } catch (error) {
-      refusal.textContent = error.name === 'AbortError' ? '' : error.message;
-    } finally {
-      button.disabled = false;
-    }
-  }
-  return h('section', { class: 'panel' }, h('h2', {}, 'Sheets to write on'), h('form', { onsubmit: submit, 'aria-label': 'Sheets to write on' },
-    field('For', hand), h('div', { class: 'grid' }, field('Pages', pages), field('Paper', page)), refusal, h('div', { class: 'row' }, button), line));
 }
 
 function lacking(hands) {
@@ -226,11 +92,10 @@ export async function show(main, shared) {
   const redraw = async (again = true) => {
     if (again) await shared.refresh();
     const { hands } = shared.choices;
-    const forms = h('button', { type: 'button', class: 'to-forms', onclick: () => document.querySelector('[aria-label="A new hand"] input').focus() }, 'A new hand');
-    place.replaceChildren(h('div', { class: 'row between' }, h('h1', {}, 'Hands'), forms), gallery([...hands].sort((a, b) => b.own - a.own), redraw));
+    place.replaceChildren(h('div', { class: 'row between headed' }, h('h1', {}, 'All hands'), h('a', { class: 'button', href: '#own' }, 'A new hand')), gallery([...hands].sort((a, b) => b.own - a.own), redraw));
   };
   await redraw(false);
   const scanned = shared.choices.hands.filter((hand) => !hand.drawn);
-  main.append(h('div', { class: 'hands' }, h('div', { class: 'columns' }, place, h('div', {}, reader(redraw, shared.choices.hands.filter((hand) => hand.own).map((hand) => hand.name), await drafts.kept('texts')), sheets(scanned), lacking(scanned)))));
+  main.append(h('div', { class: 'hands' }, h('div', { class: 'columns' }, place, lacking(scanned))));
   return () => document.querySelector('dialog')?.close();
 }

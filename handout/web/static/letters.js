@@ -1,7 +1,8 @@
 // The page Letters: what was found on a scanned page, corrected letter by letter, doubtful ones first, by keys or pointer.
 
-import { blob, fileOf, request, task } from './api.js';
+import { request, task } from './api.js';
 import { choice, field, h, s, say } from './dom.js';
+import { lineIn } from './line.js';
 import { apart, middle, stage, strokesOf } from './stage.js';
 
 const VERDICTS = { sure: 'sure', doubtful: 'doubtful', refused: 'probably wrong', unnamed: 'without a name', confirmed: 'confirmed', kept_out: 'confirmed, and not written' };
@@ -20,7 +21,7 @@ function chooser(hands, name) {
 
 function greeting(hands) {
   return h('div', { class: 'middle' }, h('h1', {}, 'Correct letters'), h('p', {}, 'Look through the letters of a hand from paper, and put right what was read wrongly. The program learns from it.'), chooser(hands, ''),
-    hands.some((hand) => hand.own) ? '' : h('p', { class: 'after' }, 'You have no hand of your own yet. ', h('a', { class: 'button', href: '#hands' }, 'Make one')));
+    hands.some((hand) => hand.own) ? '' : h('p', { class: 'after' }, 'You have no hand of your own yet. ', h('a', { class: 'button', href: '#own' }, 'Make one')));
 }
 
 function copying(hands, name, shared) {
@@ -410,18 +411,7 @@ export async function show(main, shared, [name, number = '0']) {
     if (since >= (learned ? LEARN_AFTER : LEARN_FIRST)) quiet = setTimeout(() => beginLearning(false), QUIET);
   }
 
-  const line = h('input', { value: 'a quick look at it', maxlength: 80 }), written = h('figure', { class: 'sheet' });
-  const trying = h('form', {
-    'aria-label': 'A line in the hand as it is now',
-    async onsubmit(event) {
-      event.preventDefault();
-      await chain;
-      try {
-        const done = await task('/api/write', { text: line.value, hand: name, page: '100x20mm', margin: '4mm', format: 'png', dpi: 150, fit: true, fallback: true, seed: 1 }, heard);
-        written.replaceChildren(h('img', { src: URL.createObjectURL(await blob(fileOf(done))), alt: line.value }));
-      } catch (error) { refusal.textContent = error.message; } finally { work.hidden = true; }
-    },
-  }, field('A line in the hand as it is now', line), h('div', { class: 'row after' }, h('button', {}, 'Write it')), written);
+  const trying = lineIn(name, 'A line in the hand as it is now', heard, () => chain, (error) => { refusal.textContent = error?.message || ''; work.hidden = true; });
 
   const brush = h('input', { type: 'range', min: 5, max: 80, value: 20 });
   const naming = h('form', { 'aria-label': 'Name the letter', onsubmit(event) { event.preventDefault(); label(input.value); view.svg.focus(); } },

@@ -8,6 +8,7 @@ const PAGES = {
   home: ['Start', () => import('./home.js')],
   write: ['Write', () => import('./write.js')],
   table: ['Letters from a table', () => import('./table.js')],
+  own: ['My own handwriting', () => import('./own.js')],
   hands: ['All hands', () => import('./hands.js')],
   letters: ['Correct letters', () => import('./letters.js')],
   jobs: ['Plotter', () => import('./jobs.js')],
@@ -15,7 +16,7 @@ const PAGES = {
   style: ['Handstyles', () => import('./style.js')],
 };
 /** Doors: what the link says, and the pages behind it. */
-const DOORS = { write: ['Write', []], table: ['From a table', []], hands: ['My hand', ['hands', 'letters']], jobs: ['On the desk', ['jobs', 'calibration', 'style']] };
+const DOORS = { write: ['Write', []], table: ['From a table', []], own: ['My hand', ['own', 'hands', 'letters']], jobs: ['On the desk', ['jobs', 'calibration', 'style']] };
 const main = document.querySelector('#main');
 const shared = { choices: null, async refresh() { this.choices = await request('GET', '/api/choices'); } };
 let leave = null, shown = 0;
