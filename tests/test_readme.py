@@ -1,4 +1,4 @@
-"""The README's example of the library runs as it is printed; what the documents tell people to type is understood."""
+"""The tour's examples of the library run as they are printed; what the documents tell people to type is understood."""
 
 import importlib.util
 import json
@@ -14,7 +14,7 @@ import pytest
 from handout.cli import cli as handout
 
 ROOT = Path(__file__).resolve().parent.parent
-README = ROOT / "README.md"
+README, TOUR = ROOT / "README.md", ROOT / "docs" / "tour.md"
 DOCUMENTS = [README, *sorted((ROOT / "docs").glob("*.md"))]
 COMMANDS = [
     (path.name, line)
@@ -34,15 +34,15 @@ def site_pages() -> ModuleType:
 
 
 def test_the_script_runs(tmp_path, monkeypatch):
-    _, code = re.findall(r"```python\n(.*?)```", README.read_text(encoding="utf-8"), re.S)
+    _, code = re.findall(r"```python\n(.*?)```", TOUR.read_text(encoding="utf-8"), re.S)
     monkeypatch.chdir(tmp_path)
-    exec(compile(code, "README.md", "exec"), {})
+    exec(compile(code, "tour.md", "exec"), {})
     assert Path("card.svg").stat().st_size > 1000 and Path("card.png").stat().st_size > 1000
 
 
 @pytest.mark.slow
 def test_the_script_with_a_hand_of_ones_own_runs(small_scan, small_page, tmp_path, monkeypatch, capsys):
-    code, _ = re.findall(r"```python\n(.*?)```", README.read_text(encoding="utf-8"), re.S)
+    code, _ = re.findall(r"```python\n(.*?)```", TOUR.read_text(encoding="utf-8"), re.S)
     assert (ROOT / "examples" / "own_hand.py").read_text(encoding="utf-8").endswith(code)
     monkeypatch.chdir(tmp_path)
     # a smaller page, whose letters were found already, and what they can write
@@ -59,6 +59,11 @@ def test_both_commands_are_there():
     commands = re.findall(r"^    (python3 -m venv .*)$", README.read_text(encoding="utf-8"), re.M)
     assert len(commands) == 2
     assert "handout write" in commands[0] and commands[1].endswith("-m pytest -n auto")
+
+
+def test_it_fits_on_a_screen():
+    text = README.read_text(encoding="utf-8")
+    assert text.count("\n") <= 60 and text.count("](docs/pictures/") == 3
 
 
 def understood(words: list[str]) -> None:
