@@ -9,6 +9,7 @@ import contextlib
 import ctypes
 import signal
 import threading
+import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from types import FrameType
@@ -125,21 +126,37 @@ def _raise() -> None:
 
 @contextlib.contextmanager
 def orderly() -> Iterator[None]:
-    """SIGTERM (a service manager, a shutdown, `kill`) and SIGHUP (the terminal is gone) raise `Stopped` meanwhile."""
+    """SIGTERM (a service manager, a shutdown, `kill`) and SIGHUP (the terminal is gone) raise `Stopped` meanwhile.
+
+    Ctrl-C is heard once, however often it is pressed in one go: the next would break off what the first has to undo.
+    """
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    numbers = [number for name in ("SIGTERM", "SIGHUP") if (number := getattr(signal, name, None)) is not None]
+    names: dict[str, tuple[Any, Any]] = {"SIGTERM": (signal.SIG_DFL, _stop), "SIGHUP": (signal.SIG_DFL, _stop)}
+    names["SIGINT"] = (signal.default_int_handler, _interrupt_once)
+    numbers = {number: names[name] for name in names if (number := getattr(signal, name, None)) is not None}
     # who ignores a signal, as `nohup` does, goes on ignoring it
-    before = {number: signal.getsignal(number) for number in numbers}
-    handlers = {number: handler for number, handler in before.items() if handler is signal.SIG_DFL}
-    for number in handlers:
-        signal.signal(number, _stop)
+    ours = {number: (usual, own) for number, (usual, own) in numbers.items() if signal.getsignal(number) is usual}
+    for number, (_, own) in ours.items():
+        signal.signal(number, own)
     try:
         yield
     finally:
-        for number, handler in handlers.items():
-            signal.signal(number, handler)
+        for number, (usual, own) in ours.items():
+            if number != signal.SIGINT or signal.getsignal(number) is own:  # else Ctrl-C is ignored to the end
+                signal.signal(number, usual)
+
+
+_ONCE = 0.5  # s: signals that follow one another faster are one press of a key that is held
+_last_interrupt = -_ONCE
+
+
+def _interrupt_once(_number: int, _frame: FrameType | None) -> None:
+    global _last_interrupt
+    before, _last_interrupt = _last_interrupt, time.monotonic()
+    if _last_interrupt - before > _ONCE:
+        raise KeyboardInterrupt
 
 
 def ignore() -> None:

@@ -23,9 +23,9 @@ def complete_hand(
 ) -> tuple[Hand | ScannedHand, list[Borrowed]]:
     """Add the letters of a text that a hand lacks; returns the hand and those letters.
 
-    Letters of which all glyphs are doubtful are listed, and with `fallback` lent, too: these forms stand beside their
-    own, and which is written is a question of price (`writing.glyph_index`).  A drawn hand stays as it is: it borrows
-    similar forms as it writes, and only these are listed.
+    Letters of which all glyphs are doubtful are listed, and with `fallback`, or where the hand is wished legible, lent,
+    too: these forms stand beside their own, and which is written is a question of price (`writing.glyph_index`).  A
+    drawn hand stays as it is: it borrows similar forms as it writes, and only these are listed.
 
     Parameters
     ----------
@@ -56,14 +56,14 @@ def complete_hand(
     if not places and not doubted:
         return hand, []
     needed = tuple(sorted(places))
-    completed, supplies = _add_supplies(hand, (needed, tuple(sorted(doubted)) if fallback else ()), fallback, seed)
+    completed, supplies = _add_supplies(hand, (needed, tuple(sorted(doubted))), fallback, seed)
     lendable = _lendable(_maker(hand, 0), needed)
     spell(text, replace(completed.repertoire, lendable=lendable), fallback=fallback)
-    lent = {x for x, _ in supplies}
+    lent, worse = {x for x, _ in supplies}, "read worse" if hand.legible else "are doubtful"
     return completed, [
         *(Borrowed(x, supply.source, supply.of_author, tuple(places[x])) for x, supply in supplies if x in places),
         *(
-            Borrowed(x, f"{supply.source}, as its own are doubtful", False, tuple(doubted[x]), True)
+            Borrowed(x, f"{supply.source}, as its own {worse}", False, tuple(doubted[x]), True)
             for x, supply in supplies
             if x in doubted
         ),
@@ -125,8 +125,9 @@ def _add_supplies(
     maker = _maker(hand, seed)
     supplies: list[tuple[str, Supply]] = []
     specimens: list[Specimen] = []
-    for letter in (letter for letters in needed for letter in letters):
-        supply = maker.make(letter, fallback)
+    missing, doubted = needed
+    for letter in (*missing, *(doubted if fallback or hand.legible else ())):
+        supply = maker.make(letter, fallback or letter in hand.letters)
         if not supply and fallback and letter not in hand.letters:
             supply = maker.instead(letter)
             present = {specimen.letter for specimen in specimens}

@@ -47,6 +47,11 @@ def remember(hand: ScannedHand, values: Mapping[str, Sequence[float] | Array]) -
     _kept[hand] = values
 
 
+def share_learnt(hand: ScannedHand, other: ScannedHand) -> None:
+    """Have another value of the same pages and glyphs know what a hand knows, from now on too."""
+    _kept[other], _known[other] = _kept.get(hand, {}), _known.setdefault(hand, {})
+
+
 def is_kept(hand: ScannedHand) -> bool:
     """Whether all that was asked of a hand so far is kept."""
     return _known.get(hand, {}).keys() <= _kept.get(hand, {}).keys()

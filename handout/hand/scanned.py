@@ -308,6 +308,7 @@ class ScannedHand:
     glyphs : a glyph's number is its place here.
     author : the hand without the letters that were added to it, whose pages and glyphs come first here; None: there
         are none.
+    legible : 0–1: how much more than usual glyphs are chosen by how strangers read them (`legibility.prefer_legible`).
     """
 
     name: str
@@ -315,6 +316,7 @@ class ScannedHand:
     pages: tuple[ScannedPage, ...]
     glyphs: tuple[ScannedGlyph, ...]
     author: ScannedHand | None = None
+    legible: float = 0.0
 
     __repr__, _repr_png_ = one_line, as_png
 

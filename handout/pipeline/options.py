@@ -135,6 +135,14 @@ class WritingOptions:
     haste: float = shared(
         0.0, HAND, "-1 careful, 0 as drawn, 1 hurried.", sent=Annotated[float, Meta(ge=-1, le=1)], of_strokes=True
     )
+    legible: float = shared(
+        0.0,
+        HAND,
+        "0 as the author of a scanned hand writes, 1 (or no number) as legible as his letters can be.",
+        alone="1",
+        sent=Annotated[float, Meta(ge=0, le=1)],
+        of_strokes=True,
+    )
     language: str = shared(
         "en",
         HAND,

@@ -64,7 +64,7 @@ class WritingTask:
     strict : whether words that read as others are an error.
     pose : how the pen is held.
     style : the handstyle in which the strokes are moved through.
-    untaken : that the hand's file lacks corrections, if it does.
+    untaken : that the hand's file lacks corrections, or what the hand does not follow, if so.
     picture : the options of pictures, as they were asked for.
     """
 
@@ -118,6 +118,7 @@ def prepare(
         from handout.hand.pending import untaken
 
         behind = untaken(writing.hand)
+    hand, behind = _wish_legible(hand, writing.legible, behind)
     paper = page(name)
     layout = Layout(
         page=paper,
@@ -156,6 +157,19 @@ def prepare(
     on = lined_paper(task.layout, task.hand, writing, sheet, picture)
     look = task.look if on.paper is None else replace(task.look, paper=on.paper)
     return replace(task, layout=on.layout, look=look, paper=on)
+
+
+def _wish_legible(
+    hand: Hand | ScannedHand, wish: float, notes: tuple[str, ...]
+) -> tuple[Hand | ScannedHand, tuple[str, ...]]:
+    """The hand, written as legibly as is wished, and notes; a drawn hand stays as it is, which is said."""
+    if not wish:
+        return hand, notes
+    if hand.pages is None:
+        return hand, (*notes, f"--legible: {hand.name} is a drawn hand, as legible as it was drawn.")
+    from handout.writing.legibility import prefer_legible
+
+    return prefer_legible(hand, wish), notes
 
 
 def _pen_hand(pen: str, hand: Hand | ScannedHand) -> ScannedHand:

@@ -11,14 +11,16 @@ Source: own method.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import lru_cache
 from itertools import pairwise
 from string import ascii_lowercase
 
 import numpy as np
 
+from handout.errors import InputError
 from handout.hand.author_reader import misread_letters, picture_of_ink, reads_alone
-from handout.hand.learnt import learnt
+from handout.hand.learnt import learnt, share_learnt
 from handout.hand.places import graphemes
 from handout.hand.scanned import ScannedHand
 from handout.networks import one_thread
@@ -56,6 +58,22 @@ _SETTINGS = LegibilitySettings()
 def misreadings(hand: ScannedHand) -> Array:
     """(n,) 0–1: how often each glyph is taken for another letter by strangers; 0 for what is not read alone."""
     return learnt(hand, "misreadings", VERSION, len(hand.glyphs), lambda: _measure_misreadings(hand).round(3))
+
+
+@lru_cache(maxsize=4)
+def prefer_legible(hand: ScannedHand, wish: float) -> ScannedHand:
+    """The same hand, whose glyphs are chosen more by how strangers read them: `wish` 0 as usual, 1 as far as it goes.
+
+    Raises
+    ------
+    InputError
+        A wish outside 0 to 1.
+    """
+    if not 0 <= wish <= 1:
+        raise InputError(f"legible: {wish:g} is outside 0 (as the author writes) to 1 (as legible as the hand can be).")
+    wished = replace(hand, legible=wish)
+    share_learnt(hand, wished)
+    return wished
 
 
 def unclear_letters(hand: ScannedHand) -> dict[str, float]:

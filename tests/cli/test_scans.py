@@ -66,7 +66,7 @@ def test_edit_keeps_what_was_found(call, kept, small_hand, monkeypatch):
     out, _ = call("hand", "edit", kept, "c.json", "-o", "other.hand", "--no-learning", "--json")
     assert json.loads(out)["corrections"] == 1 and Path(kept).read_bytes() == before
     assert known_values(file.load(Path("other.hand"))).keys() == known_values(file.load(Path(kept))).keys()
-    monkeypatch.setattr(kept_hands, "learn", lambda path: None)  # which takes long each time
+    monkeypatch.setattr(kept_hands, "learn", lambda path, **options: None)  # which takes long each time
     assert [g.letter for g in file.load(Path("other.hand")).glyphs if g.confirmed] == ["j"]
     Path("d.json").write_text(json.dumps([{"do": "remove", "page": 0, "at": at}]))
     _, err = call("hand", "edit", "other.hand", "d.json", "--no-learning")

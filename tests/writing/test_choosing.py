@@ -17,6 +17,7 @@ from handout.writing.compose import each_page
 from handout.writing.explaining import choices_sheet, explain, reasons
 from handout.writing.glyph_index import WEIGHTS, GlyphIndex, _sampled, index_glyphs
 from handout.writing.layout import Layout
+from handout.writing.legibility import misreadings
 from handout.writing.text import Letter
 
 
@@ -58,7 +59,8 @@ def test_without_variation_nothing_is_cheaper(kept, text):
 
 def test_words_of_the_source_come_over_whole(kept, small_page):
     glyphs, whole = kept.hand.glyphs, 0
-    doubtful = {glyph.at for glyph, sure in zip(glyphs, vet(kept.hand).sure, strict=True) if not sure}
+    clear = vet(kept.hand).sure & (misreadings(kept.hand) < 0.3)  # others are written where they need not be
+    doubtful = {glyph.at for glyph, sure in zip(glyphs, clear, strict=True) if not sure}
     for word in re.finditer(r"\w+", small_page.written):
         if not doubtful & {*range(*word.span())}:
             (numbers,) = chosen(kept, word.group(), 0, variation=0)
@@ -83,7 +85,7 @@ def test_every_letter_is_what_was_wanted_and_a_seed_tells_all(kept, words, seed)
 def test_texts_and_words_differ(kept):
     text = "ten hen then " * 3 + "ten hen then"
     made = [np.concatenate(chosen(kept, text, seed)) for seed in range(6)]
-    assert np.mean([(a == b).mean() for a, b in combinations(made, 2)]) < 0.85
+    assert np.mean([(a == b).mean() for a, b in combinations(made, 2)]) < 0.9
     assert len({tuple(word) for word in chosen(kept, text, 1)[::3]}) > 1
     still = chosen(kept, text, 1, variation=0)
     words = words_of(text)

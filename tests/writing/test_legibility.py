@@ -3,10 +3,14 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
+from handout.completion.completed_hand import complete_hand
+from handout.errors import InputError
 from handout.hand.boundaries import mend_boundaries
-from handout.writing.glyph_index import WEIGHTS, index_glyphs
-from handout.writing.legibility import made_words, misreadings, unclear_letters
+from handout.hand.learnt import known_values as learnt_of
+from handout.writing.glyph_index import WEIGHTS, better_lent, index_glyphs
+from handout.writing.legibility import made_words, misreadings, prefer_legible, unclear_letters
 
 
 def test_made_words_have_every_letter_about_as_often_and_none_twice(small_hand):
@@ -37,6 +41,22 @@ def test_a_letter_is_told_of_which_every_glyph_is_misread(small_hand):
     )
     assert "k" not in unclear_letters(small_hand)
     assert unclear_letters(replace(small_hand, glyphs=lying))["k"] > 0.9
+
+
+def test_what_is_wished_legible_is_dearer_where_it_is_misread_and_lent_where_its_own_read_worse(small_hand):
+    wished = prefer_legible(small_hand, 1.0)
+    assert prefer_legible(small_hand, 1.0) is wished and learnt_of(wished) == learnt_of(small_hand)
+    dearer = index_glyphs(wished).intrinsic_cost - index_glyphs(small_hand).intrinsic_cost
+    np.testing.assert_allclose(dearer, WEIGHTS.legible * misreadings(small_hand))
+    worst = max(
+        small_hand.letters, key=lambda letter: misreadings(small_hand)[small_hand.numbers_of_letter(letter)].min()
+    )
+    assert not better_lent(small_hand, worst) and better_lent(wished, worst)
+    completed, (lent,) = complete_hand(wished, worst)
+    assert lent.letter == worst and "as its own read worse" in lent.source and completed.legible == 1.0
+    for wish in (-0.1, 1.1):
+        with pytest.raises(InputError, match=r"legible: .* is outside 0"):
+            prefer_legible(small_hand, wish)
 
 
 def test_of_a_hand_without_letters_nothing_is_told(small_hand):
