@@ -101,15 +101,12 @@ def texture(manuscript: Manuscript, hand: ScannedHand, dpi: float, *, margin: fl
         inks = [ink for _, word in words for ink in snap_to_pixels([placed.ink for placed in word if placed.ink], dpi)]
         for layer in _part_neighbours(_layers(inks, sources, dpi, (height, width), margin), dpi):
             # where there is some ink already, that which covers more is seen
-            x, y = layer.corner
-            laid, flat = layer.rgba.reshape(-1, 4), rgba.reshape(-1, 4)
-            inked = np.flatnonzero(laid[:, 3])
-            row, column = np.divmod(inked, layer.near.shape[1])
-            at = (row + y) * width + column + x
-            seen = np.flatnonzero(laid[inked, 3] > flat[at, 3])
-            laid = laid[inked[seen]]
+            (x, y), (h, w) = layer.corner, layer.near.shape
+            page = rgba[y : y + h, x : x + w]
+            seen = layer.rgba[:, :, 3] > page[:, :, 3]
+            laid = layer.rgba[seen]
             laid[:, :3] /= laid[:, 3:]
-            flat[at[seen]] = laid
+            page[seen] = laid
             first, end = min(first, layer.corner[1]), max(end, layer.corner[1] + len(layer.near))
     return Raster(rgba, dpi, rows=(min(first, end), end))
 
