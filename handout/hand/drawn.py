@@ -212,12 +212,7 @@ def read_drawn_hand(path: Path) -> Hand:
         file = msgspec.convert(load_table(path, "a drawn hand"), _DrawnFile)
     except msgspec.ValidationError as error:
         raise InputError(f"{path}: cannot be read as a drawn hand: {error}.") from error
-    scripts = {each.stem: each for each in sorted(_HOUSE.glob("scripts/*.toml"))}
-    for name in file.also:
-        if name not in scripts:
-            raise InputError(f"{path}: also = {name!r} is none of {', '.join(scripts)}.")
-        more = msgspec.convert(load_table(scripts[name], "letters of drawn hands"), _LettersFile)
-        file.letters, file.languages = more.letters | file.letters, more.languages | file.languages
+    _add_scripts(path, file)
     for key, (least, greatest) in _BOUNDS.items():
         value = getattr(file, key)
         if value is not None and not least <= value <= greatest:
@@ -251,6 +246,20 @@ def read_drawn_hand(path: Path) -> Hand:
         variation=file.variation,
         languages=local,
     )
+
+
+def _add_scripts(path: Path, file: _DrawnFile) -> None:
+    """Add the letters that come with the program and a hand's file asks for, as far as it has those they are like."""
+    scripts = {each.stem: each for each in sorted(_HOUSE.glob("scripts/*.toml"))}
+    for name in file.also:
+        if name not in scripts:
+            raise InputError(f"{path}: also = {name!r} is none of {', '.join(scripts)}.")
+        more = msgspec.convert(load_table(scripts[name], "letters of drawn hands"), _LettersFile)
+        known = more.letters | file.letters
+        drawn = {
+            letter: forms for letter, forms in more.letters.items() if not isinstance(forms, str) or forms in known
+        }
+        file.letters, file.languages = drawn | file.letters, more.languages | file.languages
 
 
 def _points(text: str, breadth: float) -> list[Array]:

@@ -145,6 +145,7 @@ def _fitting(glyphs: Sequence[Glyph], place: str, before: str, after: str) -> li
     return [glyph for glyph in fit if glyph.rank == best[glyph.entry]]
 
 
+_DOTTED = frozenset("ijіј")  # Latin and Cyrillic
 _TALL = 1.25  # a letter higher than this lifts its accent
 _CLEAR = 1.0  # accents are drawn over letters of this height
 _STOREY = 0.45  # x-heights from one accent to the next above it
@@ -157,7 +158,7 @@ def accent_glyph(glyph: Glyph, marks: tuple[str, ...], hand: Hand, rng: np.rando
     """`glyph` with `marks` set on it; i and j lose their dots to an accent above."""
     strokes, delayed = glyph.part_strokes(glyph.strokes)
     above = [mark for mark in marks if mark not in NOT_ABOVE]
-    dotted = glyph.letter in ("i", "j") and above
+    dotted = glyph.letter in _DOTTED and above
     delayed = [] if dotted else delayed
     beside: list[Array] = []
     for mark in marks:
@@ -197,7 +198,7 @@ def _seat(strokes: Sequence[Array], glyph: Glyph, mark: str) -> Array:
     if mark in BELOW:
         under = body[body[:, 1] < 0.35 * top]
         return np.array([0.5 * (under[:, 0].min() + under[:, 0].max()), 0.0])
-    if glyph.letter in ("i", "j"):
+    if glyph.letter in _DOTTED:
         centre = float(body[body[:, 1].argmax(), 0]) + 0.02
     else:
         upper = body[body[:, 1] > 0.5 * top]

@@ -99,7 +99,7 @@ ALIKE = {
     "⩽": "≤",
     "⩾": "≥",
     # Greek and Cyrillic letters; a tonos stands before its capital
-    **dict(zip("ΆΈΉΊΌΎΏ", (("’" + each,) for each in "AEHIOYΩ"), strict=True)),
+    **{accented: ("’" + own, "’" + like) for accented, own, like in zip("ΆΈΉΊΌΎΏ", "ΑΕΗΙΟΥΩ", "AEHIOYΩ", strict=True)},
     **dict(zip("ΑΒΕΖΗΙΚΜΝΟΡΤΥΧονµАВЕІЈКМНОРСТХЅаеіјорсухѕ", "ABEZHIKMNOPTYXovμABEIJKMHOPCTXSaeijopcyxs", strict=True)),
 }
 # without U+00A0, U+2007 and U+202F, at which a line must not break

@@ -80,7 +80,7 @@ def test_what_looks_like_a_letter_is_written_with_it_whoever_writes():
     assert [letter.base for letter in spell("ВТАаеосрхυό".replace("υ", ""), latin)] == list("BTAaeocpxo")
     with pytest.raises(MissingCharacters, match="ἄ"):
         spell("ἄ", load("house-print").repertoire)
-    assert [letter.base for letter in spell("Άρα", load("house-print").repertoire)] == list("’Aρα")
+    assert [letter.base for letter in spell("Άρα", load("house-print").repertoire)] == list("’Αρα")
     assert [letter.base for letter in spell("ἄ", load("house-print").repertoire, fallback=True)] == ["α"]
 
 
