@@ -59,7 +59,8 @@ def tell_doubts(tally: Tally) -> str:
     named = [f"{doubt['word']} as {doubt['reads_as'] or 'nothing'}" for doubt in tally.doubtful[:_MOST_NAMED]]
     more = len(tally.doubtful) - len(named)
     return (
-        f" May be misread: {', '.join(named)}{f' and {more} more' if more else ''}; other seeds choose other letters."
+        f" May be misread: {', '.join(named)}{f' and {more} more' if more else ''}; other seeds choose other letters, "
+        "--legible clearer ones."
     )
 
 

@@ -23,6 +23,7 @@ import numpy as np
 
 from handout.hand.author_reader import picture_of_ink, readable
 from handout.hand.learnt import learnt
+from handout.hand.places import graphemes
 from handout.hand.scanned import ScannedHand
 from handout.hand.vetting import vet
 from handout.networks import one_thread
@@ -111,6 +112,7 @@ class Doubt:
     """A word that reads as another after all.
 
     page, line : where it stands, from 1.
+    letter : which of its letters is most probably at fault.
     probability : that it is written right all the same, reckoned so that an even chance is told; no frequency.
     """
 
@@ -118,6 +120,7 @@ class Doubt:
     page: int
     line: int
     reads_as: str
+    letter: str
     probability: float
 
     def facts(self) -> Facts:
@@ -127,6 +130,7 @@ class Doubt:
             "page": self.page,
             "line": self.line,
             "reads_as": self.reads_as,
+            "letter": self.letter,
             "probability": round(self.probability, 3),
         }
 
@@ -270,7 +274,8 @@ class Rereader:
             if word.verdict is not None and word.wrong >= told and word.at in places:
                 right = (1.0 - word.wrong) * told  # so reckoned that an even chance is told
                 right /= right + word.wrong * (1.0 - told)
-                found[word.at] = Doubt(word.text, *places[word.at], word.verdict.reads_as, right)
+                letter = graphemes(word.text)[word.worst]
+                found[word.at] = Doubt(word.text, *places[word.at], word.verdict.reads_as, letter, right)
         return found
 
     def _mended(self, paragraph: SetParagraph, k: int, word: ReadWord) -> ReadWord:

@@ -400,8 +400,8 @@ def refuse_doubts(doubts: Sequence[Doubt], task: WritingTask) -> None:
         named = ", ".join(f"{doubt.word} as {doubt.reads_as or 'nothing'}" for doubt in doubts[:_MOST_NAMED])
         more = f" and {len(doubts) - _MOST_NAMED} more" if len(doubts) > _MOST_NAMED else ""
         raise InputError(
-            f"--strict: {units.count(len(doubts), 'word')} may be misread ({named}{more}); use another seed or other "
-            f"words, or correct the letters of {task.hand.name} (handout hand edit)."
+            f"--strict: {units.count(len(doubts), 'word')} may be misread ({named}{more}); use --legible, another "
+            f"seed or other words, or say which letters of {task.hand.name} read badly (handout hand check --sheet)."
         )
 
 

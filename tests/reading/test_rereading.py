@@ -98,7 +98,7 @@ def doubting(monkeypatch):
     """Whatever is written, one word of it is doubted."""
 
     def doubt(compose, hand, author, tries=None):
-        return list(compose(None)), [Doubt("ten", 1, 1, "tea", 0.01)], []
+        return list(compose(None)), [Doubt("ten", 1, 1, "tea", "n", 0.01)], []
 
     monkeypatch.setattr(rereading, "reread", doubt)
 
@@ -110,7 +110,7 @@ def test_doubts_are_told_once_and_refused_where_that_is_asked(doubting):
     pages = [sheet.manuscript for sheet in sheets]
     (told,) = Tally.from_pages(pages, []).facts(1, "x", [])["doubtful"]
     left, top, right, bottom = told.pop("box")
-    assert told == {"word": "ten", "page": 1, "line": 1, "reads_as": "tea", "probability": 0.01}
+    assert told == {"word": "ten", "page": 1, "line": 1, "reads_as": "tea", "letter": "n", "probability": 0.01}
     assert 0 < left < right < pages[0].page.width / 2 and 0 < top < bottom < pages[0].page.height / 2
     with pytest.raises(InputError, match="--strict: 1 word may be misread"):
         list(TextDocument("ten", replace(task, strict=True)).set_pages()[1])
