@@ -44,5 +44,11 @@ def test_those_of_a_hand_are_kept_in_one_row_and_found_there(small_hand, tmp_pat
 def test_a_row_that_is_no_hands_is_left_alone():
     row = np.array([1, 0, 3, 1, 4, 0, 0], dtype=float)
     assert part_by_glyph(row, 2) == {0: [1, 0, 3, 1, 4, 0], 1: [0]}
-    for wrong, glyphs in ((row[:-2], 2), (row, 1), (np.array([9.0, 1e12, -4.0]), 1), (np.array([-1e9]), 0)):
+    for wrong, glyphs in (
+        (row[:-2], 2),
+        (row, 1),
+        (np.array([9.0, 1e12, -4.0]), 1),
+        (np.array([1e15, 0.0, 3.0, 1e15]), 1),
+        (np.array([-1e9]), 0),
+    ):
         assert part_by_glyph(wrong, glyphs) == {}

@@ -73,8 +73,8 @@ def part_by_glyph(numbers: Array, glyphs: int) -> dict[int, list[int]]:
     """Of each glyph its numbers in the row of all; nothing where these are not of so many."""
     row, ends = numbers.astype(np.int64).tolist(), [0]
     while ends[-1] < len(row) and len(ends) <= glyphs:
-        at = ends[-1] + 1
-        for _ in range(row[at - 1]):
-            at += 3 + 2 * max(row[at + 2], 0) if at + 2 < len(row) else len(row)
-        ends.append(at)
+        at, strokes = ends[-1] + 1, row[ends[-1]]
+        while strokes > 0 and at + 2 < len(row):
+            at, strokes = at + 3 + 2 * max(row[at + 2], 0), strokes - 1
+        ends.append(at if strokes <= 0 else len(row) + 1)
     return {n: row[a:b] for n, (a, b) in enumerate(pairwise(ends))} if ends[-1] == len(row) else {}
