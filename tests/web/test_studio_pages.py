@@ -30,6 +30,8 @@ def usb_ports():
 
 def test_the_first_page_has_doors(page):
     assert page.arrived == page.home, "the token is gone from the address"
+    page.goto(page.home + "#home")
+    page.reload()
     for door in ("Write something", "Letters from a table", "My own handwriting", "On the desk"):
         page.get_by_role("link", name=door).first.wait_for()
     page.locator(".scene img").wait_for()
@@ -44,7 +46,7 @@ def test_a_text_is_written_changed_watched_and_downloaded(page):
     page.wait_for_selector(".sheet svg path.stroke")
     kept(page, "write")
     page.get_by_label("Text", exact=True).fill("Dear Ada, here is a card")
-    page.get_by_text("More", exact=True).click()
+    page.locator("details.more").evaluate("part => part.open = true")
     page.get_by_label("Seed", exact=True).fill("4")
     page.locator(".told", has_text=re.compile("seed 4$")).wait_for()
     first = page.locator(".sheet path.stroke").first.get_attribute("d")
@@ -91,6 +93,7 @@ def test_words_that_read_as_others_are_framed_where_they_lie(page):
 
 def test_refusals_stand_where_the_text_is(page):
     page.get_by_label("Text", exact=True).fill("Ժուկ " * 4000)
+    page.locator("details.more").evaluate("part => part.open = true")
     page.get_by_label("Lend letters that the hand lacks").uncheck()
     page.locator("form .bad", has_text="Ժ").wait_for()
     watch = page.get_by_role("button", name="Watch it written")
