@@ -310,6 +310,29 @@ def test_a_text_goes_to_the_plotter_and_its_pen_is_seen(page):
     page.get_by_text("All of it is on paper.").wait_for()
 
 
+def test_a_plot_with_two_pens_pauses_and_goes_on(page):
+    page.goto(page.home + "#write")
+    page.get_by_label("Kind of text").select_option("letter")
+    page.get_by_label("Text", exact=True).fill("Hi hi hi hi [Ada]{ink=#7c1f2b}")
+    page.get_by_role("button", name="Make …").press("Enter")
+    page.get_by_label("A pen for each ink").check()
+    page.get_by_role("button", name="Look at it on the bed").press("Enter")
+    page.locator(".pens tbody tr").nth(1).wait_for()
+    page.get_by_text("the sheet, 105 × 148 mm").wait_for()
+    kept(page, "jobs-pens", 500)
+    assert axe(page) == []
+    page.get_by_label("Connected at").select_option("sim:?realtime=1")
+    page.get_by_role("button", name="Draw", exact=True).press("Enter")
+    page.locator(".bed .nib:not([hidden])").wait_for()
+    page.get_by_role("button", name="Pause").press("Enter")
+    page.get_by_text("The plot pauses, its pen lifted.").wait_for()
+    page.get_by_role("button", name="Continue").press("Enter")
+    page.get_by_text("All of it is on paper.").wait_for()
+    assert page.locator(".pens td", has_text="drawn").count() == 2
+    page.goto(page.home + "#write")
+    page.get_by_label("Kind of text").select_option("text")
+
+
 def given(page, name, text):
     page.get_by_label("table", exact=False).first.set_input_files(
         {"name": name, "mimeType": "text/csv", "buffer": text.encode()}
