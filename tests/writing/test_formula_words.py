@@ -169,4 +169,4 @@ def test_every_bracket_is_drawn_on_both_sides(left):
 @pytest.mark.parametrize("name", LARGE_SIGNS)
 def test_every_large_sign_is_drawn(name):
     (line,) = written(rf"$\{name} a$")[0].lines
-    assert [placed.glyph.letter for placed in line.placed] == ["", "a"]
+    assert [placed.glyph.letter for placed in line.placed] == [*[""] * LARGE_SIGNS[name][1], "a"]
