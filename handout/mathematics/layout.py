@@ -201,7 +201,8 @@ class _Layout:
             laid.append(box.move_by(end + room + gap - box.left, 0.0))
             end, before, gap = laid[-1].right, kind, 0.0
         whole = _join(laid)
-        return replace(whole, right=whole.right + gap) if gap > 0 and laid else whole
+        left = min(whole.left, 0.0)  # room at its ends is its own
+        return replace(whole, left=left, right=whole.right + max(gap, 0.0)) if laid else whole
 
     def _room(self, before: str | None, kind: str) -> float:
         """Between two neighbours of some kinds."""
