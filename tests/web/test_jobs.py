@@ -132,6 +132,28 @@ def test_a_batch_is_proofed_approved_and_made_once(program):
     assert program.delete(one).status_code == 200 and program.get(one).status_code == 422
 
 
+def test_a_table_is_looked_at_before_it_is_kept_and_rows_are_left_out(program):
+    sent = program.sent("people.csv", PEOPLE)
+    asked = {"table": sent, "text": "{{ first_name }}: {{ note }}", "page": "74x105mm", "seed": 4}
+    tried = program.post("/api/batches/tried", json=asked).json()
+    assert [one["name"] for one in tried["columns"]] == ["first_name", "last_name", "note"] and not tried["trouble"]
+    assert [one["filled"] for one in tried["rows"]] == ["Ada: jam", "Zoë: tea"] and tried["no_envelopes"]
+    assert program.post("/api/batches/tried", json={**asked, "row": 3}).json()["tried"]["filled"] == "Zoë: tea"
+    wrong = program.post("/api/batches/tried", json={**asked, "text": "{{ firs_name }}"}).json()
+    assert "did you mean first_name?" in wrong["trouble"] and "/" not in wrong["trouble"]
+    one = f"/api/batches/{program.post('/api/batches', json=asked).json()['batch']}"
+    program.post(f"{one}/proof")
+    assert "nothing to make" in program.post(f"{one}/approval", json={"left_out": [2, 3]}).json()["error"]
+    assert program.post(f"{one}/approval", json={"left_out": [2]}).json()["left_out"] == [2]
+    done = program.post(f"{one}/make", json={}).json()["facts"]
+    assert [row["state"] for row in done["rows"]] == ["left out", "done"] and done["complete"]
+
+
+def test_who_answers_at_a_port_is_told(program):
+    assert program.post("/api/machines/asked", json={"port": AT_ONCE}).json()["facts"]["dialect"] == "grbl"
+    assert "no port" in program.post("/api/machines/asked", json={"port": "tcp://example.org"}).json()["error"]
+
+
 def test_a_batch_is_shared_by_two_plotters_stops_and_goes_on(program):
     made = batch(program, to="plotter", device="plotter-simulated")
     one = f"/api/batches/{made['batch']}"
