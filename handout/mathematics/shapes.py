@@ -34,7 +34,15 @@ _TILT = 0.012  # tangent, standard deviation, of a rule
 # in a frame from 0 to 1 both ways: strokes that are stretched over their height, and the width of one that is 3 high
 _STRETCHED: dict[str, tuple[tuple[tuple[tuple[float, float], ...], ...], float]] = {
     "(": ((((0.9, 1.0), (0.35, 0.82), (0.1, 0.5), (0.3, 0.18), (0.85, 0.0)),), 0.5),
-    "[": ((((0.9, 1.0), (0.1, 0.99), (0.1, 0.5), (0.12, 0.0), (0.9, 0.01)),), 0.42),
+    "[": (
+        (
+            (
+                *((0.95, 1.0), (0.5, 1.0), (0.1, 0.99), (0.1, 0.75), (0.1, 0.5)),
+                *((0.1, 0.25), (0.1, 0.01), (0.5, 0.0), (0.95, 0.01)),
+            ),
+        ),
+        0.46,
+    ),
     "{": (
         (
             (
@@ -45,8 +53,8 @@ _STRETCHED: dict[str, tuple[tuple[tuple[tuple[float, float], ...], ...], float]]
         0.6,
     ),
     "⟨": ((((0.9, 1.0), (0.5, 0.75), (0.1, 0.5), (0.5, 0.25), (0.9, 0.0)),), 0.45),
-    "⌈": ((((0.95, 1.0), (0.1, 0.99), (0.1, 0.5), (0.12, 0.0)),), 0.42),
-    "⌊": ((((0.1, 1.0), (0.1, 0.5), (0.12, 0.0), (0.95, 0.01)),), 0.42),
+    "⌈": ((((0.95, 1.0), (0.5, 1.0), (0.1, 0.99), (0.1, 0.66), (0.1, 0.33), (0.12, 0.0)),), 0.46),
+    "⌊": ((((0.1, 1.0), (0.1, 0.66), (0.1, 0.33), (0.1, 0.01), (0.5, 0.0), (0.95, 0.01)),), 0.46),
     "|": ((((0.5, 1.0), (0.5, 0.5), (0.5, 0.0)),), 0.12),
     "‖": ((((0.1, 1.0), (0.1, 0.5), (0.1, 0.0)), ((0.9, 1.0), (0.9, 0.5), (0.9, 0.0))), 0.34),
     "/": ((((0.95, 1.0), (0.5, 0.5), (0.05, 0.0)),), 0.8),
@@ -157,7 +165,7 @@ def draw_accent(kind: str, box: Sequence[float], size: float, wander: Wander) ->
         case "dot" | "ddot":
             sides = (0.0,) if kind == "dot" else (-0.24, 0.24)
             spots = [np.array([middle + side * size, y + 0.08 * size]) for side in sides]
-            return [_varied(np.array([spot, (*spot, 0.03, -0.03)]), 0.3 * size, wander) for spot in spots]
+            return [_varied(np.array([spot, spot + np.array([0.03, -0.03])]), 0.3 * size, wander) for spot in spots]
         case "under":
             return [draw_rule(x[0], x[1], bottom - 0.22 * size, wander)]
         case "box":

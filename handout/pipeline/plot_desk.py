@@ -12,7 +12,7 @@ import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
-from typing import Protocol, Self
+from typing import Any, Protocol, Self
 
 import numpy as np
 
@@ -239,11 +239,23 @@ def show_plot(name: str) -> Facts:
         "pages": job.pages,
         "copies": job.options.copies,
         "place": None if over else _place(job, standing.part, standing.place),
+        "pens": _pens(job, len(job.parts) if standing.finished else standing.part),
     }
     if not standing.finished:
         page = job.drawing(min(standing.part, len(job.parts) - 1)).page
         facts |= {"page": [page.width, page.height], "lies": _lies(job, page)}
     return facts
+
+
+def _pens(job: PlotJob, reached: int) -> list[Facts]:
+    """The layers in the order in which they are first drawn, each with its ink, mm, and whether all of it is drawn."""
+    pens = dict[str, dict[str, Any]]()
+    for number, part in enumerate(job.parts):
+        pen = pens.setdefault(part.layer, {"layer": part.layer, "ink_mm": 0.0, "drawn": True, "next": False})
+        pen["ink_mm"] = round(pen["ink_mm"] + part.ink, 1)
+        pen["drawn"] = pen["drawn"] and number < reached
+        pen["next"] = pen["next"] or number == reached
+    return list(pens.values())
 
 
 def _lies(job: PlotJob, page: Page) -> Facts:

@@ -14,6 +14,7 @@ from handout.writing.pages import FormulaWord, Handwriting, Unit, Word
 from handout.writing.text import FormulaLetters
 
 _BESIDE = 0.16  # x-heights between a formula and a bracket or a comma that stands right beside it; set by eye
+_BEARING = 0.25  # x-heights behind its ink that belong to it, as letters have them; set by eye
 _AROUND = 0.35  # x-heights of paper above and below a displayed formula, at least; set by eye
 _NOTHING = (0.0, 0.0, 0.0, 0.0)
 
@@ -77,7 +78,7 @@ def _join_boxes(laid: Sequence[_Laid], displayed: bool) -> FormulaWord:
         np.array([each[2:] for each in letters]).reshape(-1, 2),
         tuple(each[0] for each in letters),
         tuple(each[1] for each in letters),
-        end,
+        end + _BEARING,
         0.0,
         end,
         low=min(each.box.bottom for each in laid) - _AROUND * displayed,

@@ -30,6 +30,8 @@ def usb_ports():
 
 def test_the_first_page_has_doors(page):
     assert page.arrived == page.home, "the token is gone from the address"
+    page.goto(page.home + "#home")
+    page.reload()
     for door in ("Write something", "Letters from a table", "My own handwriting", "On the desk"):
         page.get_by_role("link", name=door).first.wait_for()
     page.locator(".scene img").wait_for()
@@ -44,7 +46,7 @@ def test_a_text_is_written_changed_watched_and_downloaded(page):
     page.wait_for_selector(".sheet svg path.stroke")
     kept(page, "write")
     page.get_by_label("Text", exact=True).fill("Dear Ada, here is a card")
-    page.get_by_text("More", exact=True).click()
+    page.locator("details.more").evaluate("part => part.open = true")
     page.get_by_label("Seed", exact=True).fill("4")
     page.locator(".told", has_text=re.compile("seed 4$")).wait_for()
     first = page.locator(".sheet path.stroke").first.get_attribute("d")
@@ -91,6 +93,7 @@ def test_words_that_read_as_others_are_framed_where_they_lie(page):
 
 def test_refusals_stand_where_the_text_is(page):
     page.get_by_label("Text", exact=True).fill("Ժուկ " * 4000)
+    page.locator("details.more").evaluate("part => part.open = true")
     page.get_by_label("Lend letters that the hand lacks").uncheck()
     page.locator("form .bad", has_text="Ժ").wait_for()
     watch = page.get_by_role("button", name="Watch it written")
@@ -308,6 +311,29 @@ def test_a_text_goes_to_the_plotter_and_its_pen_is_seen(page):
     page.get_by_label("Connected at").select_option("sim:")
     page.get_by_role("button", name="Continue").press("Enter")
     page.get_by_text("All of it is on paper.").wait_for()
+
+
+def test_a_plot_with_two_pens_pauses_and_goes_on(page):
+    page.goto(page.home + "#write")
+    page.get_by_label("Kind of text").select_option("letter")
+    page.get_by_label("Text", exact=True).fill("Hi hi hi hi [Ada]{ink=#7c1f2b}")
+    page.get_by_role("button", name="Make …").press("Enter")
+    page.get_by_label("A pen for each ink").check()
+    page.get_by_role("button", name="Look at it on the bed").press("Enter")
+    page.locator(".pens tbody tr").nth(1).wait_for()
+    page.get_by_text("the sheet, 105 × 148 mm").wait_for()
+    kept(page, "jobs-pens", 500)
+    assert axe(page) == []
+    page.get_by_label("Connected at").select_option("sim:?realtime=1")
+    page.get_by_role("button", name="Draw", exact=True).press("Enter")
+    page.locator(".bed .nib:not([hidden])").wait_for()
+    page.get_by_role("button", name="Pause").press("Enter")
+    page.get_by_text("The plot pauses, its pen lifted.").wait_for()
+    page.get_by_role("button", name="Continue").press("Enter")
+    page.get_by_text("All of it is on paper.").wait_for()
+    assert page.locator(".pens td", has_text="drawn").count() == 2
+    page.goto(page.home + "#write")
+    page.get_by_label("Kind of text").select_option("text")
 
 
 def given(page, name, text):

@@ -7,6 +7,7 @@ import pytest
 
 from handout.errors import DoesNotFit, InputError, MissingCharacters
 from handout.hand.library import load
+from handout.mathematics.signs import ACCENTS, COMMAND_BRACKETS, LARGE_SIGNS, PAIRS
 from handout.page_sizes import margins, page
 from handout.writing.compose import compose
 from handout.writing.layout import Layout
@@ -14,6 +15,7 @@ from handout.writing.text import FormulaLetters, lacking, paragraphs_of, written
 
 HAND = load("house-print")
 PAPER = page("a5")
+BRACKETS = {sign: f"\\{name}" for name, sign in COMMAND_BRACKETS.items() if sign not in "[]|"}
 
 
 def layout(**options):
@@ -147,3 +149,24 @@ def test_without_variation_a_formula_is_always_the_same():
     for a, b in zip(one[0].lines[0].placed, other[0].lines[0].placed, strict=True):
         if not a.glyph.letter:
             assert np.allclose(a.strokes[0], b.strokes[0])
+
+
+@pytest.mark.parametrize("name", ACCENTS)
+def test_every_accent_is_drawn(name):
+    (line,) = written(rf"$\{name}{{ab}}$")[0].lines
+    assert [placed.glyph.letter for placed in line.placed] == ["a", "b", ""]
+
+
+@pytest.mark.parametrize("left", PAIRS)
+def test_every_bracket_is_drawn_on_both_sides(left):
+    (line,) = written(
+        rf"$\left{BRACKETS.get(left, left)} \frac{{a}}{{b}} \right{BRACKETS.get(PAIRS[left], PAIRS[left])}$"
+    )[0].lines
+    boxes = [np.concatenate(placed.strokes)[:, 0] for placed in line.placed]
+    assert len(boxes) == 5 and boxes[0].max() < boxes[1].min() and boxes[-1].min() > boxes[1].max()
+
+
+@pytest.mark.parametrize("name", LARGE_SIGNS)
+def test_every_large_sign_is_drawn(name):
+    (line,) = written(rf"$\{name} a$")[0].lines
+    assert [placed.glyph.letter for placed in line.placed] == [*[""] * LARGE_SIGNS[name][1], "a"]

@@ -76,6 +76,24 @@ function machine(machines) {
   return { element, port, device };
 }
 
+/** How large bed and sheet are, and where the sheet lies, written beside them. */
+function measures({ bed: [wide, high], page: [width, height], lies: { matrix: [a, b, c, d, e, f], zero: [x, y] } }) {
+  const xs = [e, e + a * width, e + c * height, e + a * width + c * height], ys = [f, f + b * width, f + d * height, f + b * width + d * height];
+  const [left, top, right, low] = [Math.min(...xs), Math.min(...ys), Math.max(...xs), Math.max(...ys)], size = Math.max(wide, high) / 32;
+  const write = (at, up, text) => s('text', { x: at, y: up, 'font-size': size }, text);
+  const away = [Math.abs(left - x), Math.abs(low - y)].map((one) => Math.round(one));
+  const room = low + size * 1.3 < high ? low + size * 1.2 : top - size * 0.5;
+  return [write(size * 0.4, size * 1.2, `the bed, ${wide} × ${high} mm`), write(left + size * 0.3, room, `the sheet, ${Math.round(right - left)} × ${Math.round(low - top)} mm${away.some(Boolean) ? `, ${away.join(' and ')} mm from zero` : ', its corner at zero'}`)];
+}
+
+/** The pens of a plot, in their order. */
+function pens(plot) {
+  if ((plot.pens || []).length < 2) return '';
+  const swatch = (layer) => (/^#[0-9a-f]{6}$/i.test(layer) ? s('svg', { class: 'pen', viewBox: '0 0 2 1', 'aria-hidden': 'true' }, s('rect', { width: 2, height: 1, fill: layer })) : '');
+  return h('table', { class: 'pens' }, h('caption', {}, 'Pens, in turn: a machine waits for each, the simulated one does not'), h('thead', {}, h('tr', {}, ['Pen', 'Line', 'State'].map((label) => h('th', { scope: 'col' }, label)))),
+    h('tbody', {}, plot.pens.map((pen) => h('tr', {}, h('td', {}, swatch(pen.layer), ` ${pen.layer || 'the first'}`), h('td', {}, metres(pen.ink_mm)), h('td', {}, pen.drawn ? 'drawn' : pen.next ? 'its turn' : 'waits')))));
+}
+
 /** The bed with a sheet on it; `reach` shows how far the pen has come. */
 function bed(place) {
   let strokes = [], nib = null, ghost = null, shown = -1;
@@ -93,7 +111,7 @@ function bed(place) {
     nib = s('circle', { class: 'nib', r: Math.max(wide, high) / 160, hidden: true });
     ink.firstChild.append(ghost); group.append(nib);
     place.replaceChildren(s('svg', { viewBox: `${-edge} ${-edge} ${wide + 2 * edge} ${high + 2 * edge}`, role: 'img', 'aria-label': `${named(plot)} on the bed, ${wide} by ${high} mm` },
-      s('rect', { class: 'table', width: wide, height: high }), group, s('path', { class: 'zero', d: `M${x - edge} ${y}h${2 * edge}M${x} ${y - edge}v${2 * edge}` })));
+      s('rect', { class: 'table', width: wide, height: high }), group, ...measures(plot), s('path', { class: 'zero', d: `M${x - edge} ${y}h${2 * edge}M${x} ${y - edge}v${2 * edge}` })));
   }
   function reach(at) {
     strokes.forEach((stroke, number) => stroke.classList.toggle('pale', !at || number >= at.stroke));
@@ -122,7 +140,7 @@ export async function show(main, shared, [chosen]) {
   const refusal = h('p', { class: 'bad', role: 'alert' });
   const place = h('div', { class: 'bed' });
   const list = h('ul', { class: 'list' });
-  const told = h('div', { class: 'told', 'aria-live': 'polite' });
+  const told = h('div', { class: 'told', 'aria-live': 'polite', tabindex: 0, role: 'region', 'aria-label': 'What is told' });
   const bar = h('progress', { max: 1, value: 0, 'aria-label': 'Drawn' });
   const question = h('p', { class: 'asked', role: 'alert' });
   const act = (label, work, main_ = false) => h('button', { type: 'button', class: main_ ? 'main' : undefined, onclick: () => work().catch((error) => { refusal.textContent = error.message; }) }, label);
@@ -201,6 +219,7 @@ export async function show(main, shared, [chosen]) {
     sentences(`“${named(plot)}” for ${machineName}: ${plot.sheets} ${plot.sheets === 1 ? 'sheet' : 'sheets'}, ${metres(plot.pen_down_mm)} of ink.`,
       plot.outlook && plot.runs.length ? plot.outlook : '', plot.lies?.turned ? 'The sheet lies with its top edge to the left.' : '',
       plot.stopped && !plot.finished ? `It ended: ${plot.stopped}.` : '');
+    told.append(pens(plot));
     controls();
     await view.show(plot, plot.place);
     if (plot.task && running !== plot.task) watch(plot.task);

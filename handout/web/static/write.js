@@ -385,6 +385,8 @@ export async function show(main, shared, [hand]) {
     const device = choice(Object.keys(machines), machines), copies = h('input', { type: 'number', min: 1, max: 100, value: 1 });
     if (before.device in machines) device.value = before.device;
     const printer = h('select', { required: true }, h('option', { value: '' }, 'Looking for printers …'));
+    const [inksLabel, inks] = tick('A pen for each ink'); // a letter file may have several
+    inksLabel.hidden = made.kind.value !== 'letter';
     const program = field('For the plotter', made.device), shown = () => { program.hidden = !PROGRAMS.includes(made.format.value); };
     made.format.addEventListener('input', shown);
     shown();
@@ -396,8 +398,8 @@ export async function show(main, shared, [hand]) {
           const title = made.text.value.trim().split(/\s+/).slice(0, 6).join(' ');
           return `table/${(await request('POST', '/api/batches', { ...asking(), title, to: 'printer', printer: printer.value })).batch}`;
         }),
-        part('With a pen, by a plotter', [h('div', { class: 'grid' }, field('Machine', device), field('Copies', copies))], 'Look at it on the bed', async () => (
-          `jobs/${(await request('POST', '/api/plots', { ...asking(), device: device.value, copies: Number(copies.value) || 1 })).facts.job}`
+        part('With a pen, by a plotter', [h('div', { class: 'grid' }, field('Machine', device), field('Copies', copies)), inksLabel], 'Look at it on the bed', async () => (
+          `jobs/${(await request('POST', '/api/plots', { ...asking(), device: device.value, copies: Number(copies.value) || 1, ...(inks.checked ? { layers: 'colour' } : {}) })).facts.job}`
         ))));
     dialog.addEventListener('close', () => { dialog.remove(); keep(); });
     document.body.append(dialog);
