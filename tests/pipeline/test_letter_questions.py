@@ -5,15 +5,21 @@ import re
 from dataclasses import replace
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from PIL import Image
 
 from handout.errors import InputError
 from handout.hand import file
 from handout.hand.corrections import KeepOut, Label
+from handout.pipeline import letter_questions
 from handout.pipeline.kept_hands import answer_questions, check_hand
 from handout.pipeline.letter_questions import ask_letters, draw_questions, read_answers
+
+
+@pytest.fixture(autouse=True)
+def few_words(monkeypatch):
+    monkeypatch.setattr(letter_questions, "SETTINGS", replace(letter_questions.SETTINGS, words=60))
 
 
 def kept_questions():
@@ -73,7 +79,7 @@ def test_answers_name_rows_words_and_letters():
     assert answered("1a3, 2b=o 1a3") == [KeepOut(0, (20.0, 20.0), "a"), Label(0, (10.0, 20.0), "o")]
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(st.text(alphabet="0123ab9=x .-", max_size=8))
 def test_answers_that_are_to_nothing_are_refused_in_a_sentence(text):
     try:

@@ -91,6 +91,19 @@ def test_words_that_read_as_others_are_framed_where_they_lie(page):
     assert abs((frame["y"] + frame["height"] / 2 - sheet["y"]) / sheet["height"] - 15 / 148) < 0.02
 
 
+def test_a_scanned_hand_may_be_wished_easier_to_read(page):
+    page.goto(page.home + "#write")
+    page.locator("details.more").evaluate("part => part.open = true")
+    slider = page.get_by_label("Easier to read than the author writes")
+    page.get_by_label("Hand", exact=True).select_option("house-print")
+    slider.wait_for(state="hidden")
+    page.get_by_label("Hand", exact=True).select_option("mine")
+    with page.expect_request(lambda asked: '"legible":0.5' in (asked.post_data or "")):
+        slider.fill("0.5")
+    page.locator(".told", has_text="1 line").wait_for()
+    page.get_by_label("Hand", exact=True).select_option("house-joined")
+
+
 def test_refusals_stand_where_the_text_is(page):
     page.get_by_label("Text", exact=True).fill("Ժուկ " * 4000)
     page.locator("details.more").evaluate("part => part.open = true")
@@ -316,7 +329,7 @@ def test_a_text_goes_to_the_plotter_and_its_pen_is_seen(page):
 def test_a_plot_with_two_pens_pauses_and_goes_on(page):
     page.goto(page.home + "#write")
     page.get_by_label("Kind of text").select_option("letter")
-    page.get_by_label("Text", exact=True).fill("Hi hi hi hi [Ada]{ink=#7c1f2b}")
+    page.get_by_label("Text", exact=True).fill("Hi [A]{ink=#7c1f2b}")
     page.get_by_role("button", name="Make …").press("Enter")
     page.get_by_label("A pen for each ink").check()
     page.get_by_role("button", name="Look at it on the bed").press("Enter")

@@ -42,6 +42,7 @@ function controls(choices, kept) {
     align: choice(Object.keys(ALIGNED), ALIGNED),
     style: choice(['', ...choices.styles], { '': 'the hand’s own' }),
     variation: h('input', { type: 'range', min: 0, max: 2, step: 0.1, value: 1 }),
+    legible: h('input', { type: 'range', min: 0, max: 1, step: 0.25, value: 0 }),
     slips: h('input', { type: 'number', min: 0, max: 100, step: 1, value: 0 }),
     seed: h('input', { type: 'number', min: 0, step: 1, value: random() }),
     device: choice(['', ...plotters], { '': 'a common one', ...Object.fromEntries(choices.plotters.map((p) => [p.name, p.title])) }),
@@ -65,6 +66,7 @@ function asked(made, ticks) {
     variation: Number(made.variation.value), slips: Number(made.slips.value) || 0, seed: Number(made.seed.value) || 0,
     fallback: ticks.fallback.checked, fit: ticks.fit.checked,
   };
+  if (!made.legible.parentElement?.hidden) body.legible = Number(made.legible.value);
   if (made.x_height.value) body.x_height = `${made.x_height.value}mm`;
   for (const name of ['pen', 'style']) if (made[name].value) body[name] = made[name].value;
   const ink = made.ink.value === 'other' ? made.colour.value : made.ink.value;
@@ -125,7 +127,7 @@ export async function show(main, shared, [hand]) {
         h('div', {}, h('span', { class: 'label' }, 'Another version'), h('div', { class: 'joined' }, die, h('span', { class: 'quiet small' }, 'the same words, written again')))),
       h('details', { class: 'more', open: Boolean(kept.more) }, h('summary', {}, 'More'),
         h('div', { class: 'grid' }, h('div', {}, h('label', { for: 'variation' }, 'How much letters vary: ', spread), made.variation), field('Handstyle', made.style),
-          field('Words struck out, in 100', made.slips), field('Seed', made.seed), h('div', { class: 'all' }, fallback), h('div', { class: 'all' }, fitting)))),
+          field('Easier to read than the author writes', made.legible), field('Words struck out, in 100', made.slips), field('Seed', made.seed), h('div', { class: 'all' }, fallback), h('div', { class: 'all' }, fitting)))),
   );
   made.text.id = 'text'; made.kind.setAttribute('aria-label', 'Kind of text'); made.ink.id = 'ink'; made.variation.id = 'variation';
 
@@ -168,6 +170,7 @@ export async function show(main, shared, [hand]) {
     drafts.keep('draft', { ...values, fallback: lend.checked, fit: fit.checked, more: form.querySelector('.more').open, looks: form.querySelector('.looks').open, rewritten: [...rewritten], margin }, unkept);
     pictures.hidden = made.kind.value !== 'letter';
     made.colour.hidden = made.ink.value !== 'other';
+    made.legible.parentElement.hidden = quick(); // drawn hands are as legible as they were drawn
     spread.textContent = made.variation.value === '1' ? 'as people vary' : made.variation.value === '0' ? 'none' : made.variation.value;
   }
 
