@@ -5,6 +5,7 @@ from __future__ import annotations
 import textwrap
 from bisect import bisect_right
 from collections.abc import Sequence
+from functools import lru_cache
 from typing import Literal
 
 from handout.values import Drawing
@@ -44,9 +45,9 @@ def _group_strokes(drawing: Drawing, by: By, strokes: Sequence[int], *, alone: b
         usual = f"Page {page if isinstance(page, int) else 1}"
         several = len({stroke.colour for stroke in drawing.strokes}) > 1
         named = ((stroke.layer, stroke.colour if several else "") for stroke in drawing.strokes)
-        name = [" ".join(filter(None, parts)) or usual for parts in named]
+        name = dict(enumerate(" ".join(filter(None, parts)) or usual for parts in named))
     else:
-        name = _Text(drawing).names(by, alone)
+        name = _read_text(drawing).names(by, alone, strokes)
     found: dict[str, list[int]] = {}
     for number in strokes:
         found.setdefault(name[number], []).append(number)
@@ -62,11 +63,12 @@ class _Text:
         self._words = [str(word) for word in words] if isinstance(words, list | tuple) else []
         self._first = sorted(at for at in lines if isinstance(at, int)) if isinstance(lines, list | tuple) else []
 
-    def names(self, by: By, alone: bool) -> list[str]:
-        """The name of every stroke's line or word."""
+    def names(self, by: By, alone: bool, strokes: Sequence[int]) -> dict[int, str]:
+        """The names of some strokes' lines or words, by their numbers."""
         name = self._line if by == "line" else self._number_word if alone else self._word
-        known = {word: name(word) if word >= 0 else "" for word in {stroke.word for stroke in self._strokes}}
-        return [known[stroke.word] or ("Page 1" if alone else "") for stroke in self._strokes]
+        words = {number: self._strokes[number].word for number in strokes}
+        known = {word: name(word) if word >= 0 else "" for word in set(words.values())}
+        return {number: known[word] or ("Page 1" if alone else "") for number, word in words.items()}
 
     def _word(self, word: int) -> str:
         return (self._words[word] if word < len(self._words) else "") or f"word {word + 1}"
@@ -82,3 +84,6 @@ class _Text:
         behind = self._first[line] if line < len(self._first) else len(self._words)
         text = " ".join(self._words[self._first[line - 1] : behind])
         return f"line {line}: {textwrap.shorten(text, _LONGEST, placeholder=' …')}" if text else f"line {line}"
+
+
+_read_text = lru_cache(maxsize=1)(_Text)  # each line of a drawing asks
