@@ -181,9 +181,11 @@ def show(
 @click.option("--output", "-o", help="A PNG file for the pages with what was found; several pages are numbered.")
 @click.option("--for", "text", help="A text to be written: says how it comes by letters that are missing.")
 @click.option("--sheet", help="A PNG file for the letters that may read badly, in words that are written with them.")
-@click.option("--questions", type=click.IntRange(1, 200), default=24, show_default=True, help="Rows of that sheet.")
+@click.option("--questions", type=click.IntRange(1, 200), help="Rows of that sheet; default: 24.")
 @options.console
-def check(name: str, output: str | None, text: str | None, sheet: str | None, questions: int, console: Console) -> None:
+def check(
+    name: str, output: str | None, text: str | None, sheet: str | None, questions: int | None, console: Console
+) -> None:
     """Show what the scanned hand NAME (or a .hand file) holds, and what of it is doubtful.
 
     In the picture each letter is named: blue and green where sure, orange where doubtful, red where refused (it is not
@@ -201,7 +203,9 @@ def check(name: str, output: str | None, text: str | None, sheet: str | None, qu
     """
     from handout.pipeline.kept_hands import check_hand
 
-    result = check_hand(name, output, text, sheet, questions)
+    if questions is not None and sheet is None:
+        raise click.UsageError("--questions is the number of rows of --sheet.")
+    result = check_hand(name, output, text, sheet, questions or 24)
     if not console.as_json and not console.quiet:
         click.echo(result.table)
     console.report(result, _tell_check(result.told))

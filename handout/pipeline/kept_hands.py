@@ -70,8 +70,13 @@ def check_hand(
     text : one that is to be written, of which it is told how it comes by letters that are missing.
     sheet : a PNG file for the letters that may read badly in what is written, the most harmful first, at most so many
         `questions`; a JSON file beside it says which they are, for `answer_questions`.
+
+    Raises
+    ------
+    InputError
+        There is no such hand; an output cannot be written, or would take the place of a file of something else.
     """
-    asked = None if sheet is None else output_path(sheet, ".png", "letters that may read badly are shown as")
+    asked = None if sheet is None else _sheet_files(sheet)
     path = None if output is None else output_path(output, ".png", "overlays are written as")
     hand = file.load(library.scanned_file(name))
     files: list[Path] = []
@@ -87,10 +92,9 @@ def check_hand(
 
         found = letter_questions.ask_letters(hand, questions)
         kept = letter_questions.question_file(hand, found)
-        _write_png(asked, letter_questions.draw_questions(hand, found), _SHEET_DPI)
-        beside = asked.with_suffix(".json")
-        atomic.write(beside, msgspec.json.format(msgspec.json.encode(kept)))
-        files += [asked, beside]
+        _write_png(asked[0], letter_questions.draw_questions(hand, found), _SHEET_DPI)
+        atomic.write(asked[1], msgspec.json.format(msgspec.json.encode(kept)))
+        files += asked
         told["questions"] = msgspec.to_builtins(kept.questions)
     told["files"] = [*map(str, files)]
     if text is not None:
@@ -99,6 +103,20 @@ def check_hand(
         told["lacks"] = [{field: getattr(lack, field) for field in fields} for lack in lacking]
         told["supply"] = [{"letter": way.letter, "how": way.how, "from": way.source} for way in ways]
     return CheckedHand(files=tuple(files), told=told, table=report.table(hand))
+
+
+def _sheet_files(sheet: str | Path) -> tuple[Path, Path]:
+    """The files of a sheet of questions; its JSON, which nobody named, takes no other file's place."""
+    picture = output_path(sheet, ".png", "letters that may read badly are shown as")
+    questions = picture.with_suffix(".json")
+    if questions.exists():
+        from handout.pipeline.letter_questions import read_questions
+
+        try:
+            read_questions(read_bytes(questions), str(questions))
+        except InputError as error:
+            raise InputError(f"{questions} would go with the sheet, and holds something else: name another.") from error
+    return picture, questions
 
 
 def _write_png(path: Path, pixels: NDArray[np.uint8], dpi: float) -> None:
@@ -214,7 +232,10 @@ def _make_corrections(
         corrected = correct(hand, new, learning=learning, tell=listener.progress)
         journal = file.record(source, path, hand, corrected.hand, JournalEntry(tuple(new), corrected.changes))
         learn(path, strokes=False)
-    return _edited_hand(path, journal, len(new), len(corrected.hand.glyphs), notes=corrected.notes)
+    notes = corrected.notes
+    if gone := "".join(sorted(hand.letters.keys() - corrected.hand.letters.keys())):
+        notes = (*notes, f"None is left to write of {gone}: texts with it need --fallback, or another page.")
+    return _edited_hand(path, journal, len(new), len(corrected.hand.glyphs), notes=notes)
 
 
 @contextlib.contextmanager

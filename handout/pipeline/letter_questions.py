@@ -235,6 +235,20 @@ def draw_questions(hand: ScannedHand, questions: Sequence[LetterQuestion]) -> re
     return np.asarray(image)
 
 
+def read_questions(data: bytes, name: str) -> Sequence[AskedLetter]:
+    """The questions that a file keeps.
+
+    Raises
+    ------
+    InputError
+        It holds something else.
+    """
+    try:
+        return msgspec.json.decode(data, type=QuestionFile).questions
+    except (msgspec.DecodeError, UnicodeDecodeError) as error:
+        raise InputError(f"{name} does not hold the questions of a sheet: {error}.") from error
+
+
 def read_answers(data: bytes, name: str, answers: Sequence[str]) -> list[AnyCorrection]:
     """Corrections.
 
@@ -246,10 +260,7 @@ def read_answers(data: bytes, name: str, answers: Sequence[str]) -> list[AnyCorr
     InputError
         The file is none of a sheet's questions; an answer cannot be read, or is to none of them.
     """
-    try:
-        questions = msgspec.json.decode(data, type=QuestionFile).questions
-    except (msgspec.DecodeError, UnicodeDecodeError) as error:
-        raise InputError(f"{name} does not hold the questions of a sheet: {error}.") from error
+    questions = read_questions(data, name)
     found: list[AnyCorrection] = []
     for answer in " ".join(answers).replace(",", " ").split():
         match = _ANSWER.fullmatch(answer)

@@ -167,8 +167,11 @@ def _wish_legible(
         return hand, notes
     if hand.pages is None:
         return hand, (*notes, f"--legible: {hand.name} is a drawn hand, as legible as it was drawn.")
-    from handout.writing.legibility import prefer_legible
+    from handout.pipeline.hand_learning import keep_beside
+    from handout.writing.legibility import misreadings, prefer_legible
 
+    misreadings(hand)  # so that what is worked out is kept of the hand as it is, not as it is wished
+    keep_beside(hand)
     return prefer_legible(hand, wish), notes
 
 
