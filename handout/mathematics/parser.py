@@ -1,7 +1,8 @@
 r"""Formulas read: TeX → a tree, or one sentence that names the place that is wrong.
 
-A ``$`` opens a formula where no space follows it, and one closes it where no space is before it and no digit behind: so
-"$5 and $6" is money.  ``$$ … $$`` is a formula on a line of its own, and ``\$`` is the sign itself.
+A ``$`` opens a formula where no space follows it and no letter or digit is before it, and one closes it where no space
+is before it and no digit behind: so "$5 and $6" and "5$, 6$" are money.  ``$$ … $$`` is a formula on a line of its own,
+and ``\$`` is the sign itself.
 
 Source: Knuth, The TeXbook, 1984; pandoc's manual for the sign (extension tex_math_dollars).
 """
@@ -95,6 +96,7 @@ def find_end(units: Sequence[str], begin: int, *, displayed: bool) -> int:
     end = at + len(sign)
     following = units[end] if end < len(units) else " "
     money = units[first].isspace() or units[at - 1].isspace() or following.isdecimal() or following == "$"
+    money |= begin > 0 and units[begin - 1].isalnum()
     return 0 if money and not displayed else end
 
 
