@@ -282,6 +282,7 @@ def show_batch(name: str) -> Facts:
     """A batch with its rows: what each is called, what is wrong with it, what became of it, what its proof says."""
     batch = _find(name)
     merged, run, plan, state = batch.read_table(), batch.journal_run, batch.plan, batch.state
+    left_out = batch.left_out
     proofed = _facts(batch.folder / _FACTS)
     looked = {entry["row"]: entry["why"] for entry in proofed.get("look_at", ())}
     failed = {entry["row"]: [entry["reason"]] for entry in proofed.get("failed", ())}
@@ -293,7 +294,7 @@ def show_batch(name: str) -> Facts:
             "state": "cannot be made"
             if row.problem or row.number in failed
             else "left out"
-            if row.number in batch.left_out
+            if row.number in left_out
             else ("done" if run is None and state == "done" else _state(row.number, run)),
         }
         for row in list(merged.table)[:_MOST_ROWS]
@@ -313,7 +314,7 @@ def show_batch(name: str) -> Facts:
         "envelopes": merged.with_envelopes,
         "count": len(merged.table.rows),
         "rows": rows,
-        "left_out": sorted(batch.left_out),
+        "left_out": sorted(left_out),
         "proof": proofed,
         "file": (batch.folder / _PDF).is_file(),
     }
@@ -419,12 +420,12 @@ def _make(batch: _Batch, name: str, ports: Sequence[str], at_zero: bool, listene
 
 def _rows(batch: _Batch) -> str:
     """The rows that are made: those of its plan, without those that its proof says cannot be, or that were left out."""
-    chosen = batch.plan.table.rows
-    if not _facts(batch.folder / _FACTS).get("failed") and not batch.left_out:
+    chosen, left_out = batch.plan.table.rows, batch.left_out
+    if not _facts(batch.folder / _FACTS).get("failed") and not left_out:
         return chosen
     good = list[list[int]]()
     for row in _proofed_rows(batch):
-        if row in batch.left_out:
+        if row in left_out:
             continue
         if good and row == good[-1][1] + 1:
             good[-1][1] = row

@@ -161,15 +161,14 @@ class AtPage(Attendant):
 def machines() -> Facts:
     """What can be chosen: ports, plotters with their beds, print queues and printers.
 
-    Ports of USB come first, then the simulated plotter: the first is where a page begins.
+    The simulated plotter comes first, then ports of USB: a page begins with the first, so no machine unasked.
     """
     listed, ports = list_devices(), serial_devices()
     plotters = [(device, profiles.find(device.name, "plotter")) for device in listed if device.kind == "plotter"]
     return {
         "ports": [
-            *({"name": port.name, "title": port.title} for port in ports if port.usb),
             *({"name": name, "title": title} for name, title in SIMULATED.items()),
-            *({"name": port.name, "title": port.title} for port in ports if not port.usb),
+            *({"name": port.name, "title": port.title} for port in sorted(ports, key=lambda port: not port.usb)),
         ],
         "plotters": [
             {

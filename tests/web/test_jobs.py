@@ -12,7 +12,9 @@ import pytest
 from PIL import Image
 
 from handout.errors import InputError
+from handout.pipeline import plot_desk
 from handout.pipeline.inputs import sent_source
+from handout.plotting.ports import SerialDevice
 
 pytestmark = pytest.mark.slow
 
@@ -336,3 +338,11 @@ def test_a_killed_server_leaves_a_lifted_pen_and_a_plot_to_go_on_with(program):
     assert broken["state"] in ("done", "failed")  # what it says last may not come over any more
     left = program.get(f"/api/plots/{plot['job']}").json()
     assert left["stopped"] == "the studio was closed" and 0 < left["drawn_mm"] < left["pen_down_mm"]
+
+
+def test_no_machine_is_chosen_unasked(monkeypatch):
+    """A page begins with the first port: the simulated plotter's, whatever is plugged in."""
+    plugged = [SerialDevice("/dev/ttyS0", "", None), SerialDevice("/dev/ttyUSB0", "USB Serial", (0x1A86, 0x7523))]
+    monkeypatch.setattr(plot_desk, "serial_devices", lambda: plugged)
+    names = [port["name"] for port in plot_desk.machines()["ports"]]
+    assert names == [*plot_desk.SIMULATED, "/dev/ttyUSB0", "/dev/ttyS0"]

@@ -45,16 +45,18 @@ function machine(machines) {
   }
   /** Ask who is there, and choose its machine. */
   async function ask(event) {
+    const asked = port.value;
     refusal.textContent = ''; found.textContent = 'Asking …'; event.target.disabled = true;
     try {
-      const { facts } = await request('POST', '/api/machines/asked', { port: port.value });
+      const { facts } = await request('POST', '/api/machines/asked', { port: asked });
       const [profile] = (facts.profiles || []).filter((name) => machines.plotters.some((one) => one.name === name));
-      if (profile) { device.value = profile; keep({ port: port.value, device: profile }); }
+      if (profile) { port.value = asked; device.value = profile; keep({ port: asked, device: profile }); }
       found.textContent = `${facts.title || facts.firmware || facts.dialect} answers${profile ? ': its machine is chosen' : '; choose its machine'}. Nothing has moved.`;
     } catch (error) {
       refusal.textContent = error.message; found.textContent = '';
     }
     event.target.disabled = false;
+    event.target.focus();
   }
   const button = (label, body, name) => h('button', { type: 'button', 'aria-label': name, onclick: (event) => move(event, body) }, label);
   const jog = (label, x, y, name) => h('button', {
