@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from textwrap import shorten
 
 from handout import units
 from handout.pipeline.results import Tally
 
 _MOST_NAMED = 12  # words that a sentence lists
+_LONGEST_TEX = 60  # characters of a formula that is named
 
 
 def names(files: Iterable[object]) -> str:
@@ -21,8 +23,14 @@ def writing_time(tally: Tally) -> str:
 
 
 def tell_letters(tally: Tally) -> str:
-    """What is said of the letters that were lent or doubtful, of words that may be misread, and of slips."""
-    return f"{tell_lent(tally)}{tell_doubts(tally)}{tell_slips(tally)}"
+    """What is said of letters that were lent or doubtful, of words that may be misread, of slips, and of formulas."""
+    formulas = ""
+    if tally.formulas:
+        first, count = shorten(tally.formulas[0], _LONGEST_TEX, placeholder=" …"), len(tally.formulas)
+        formulas = (
+            f" Taken as {'a formula:' if count == 1 else f'{count} formulas, the first'} {first}; \\$ is the sign."
+        )
+    return f"{tell_lent(tally)}{tell_doubts(tally)}{tell_slips(tally)}{formulas}"
 
 
 def tell_lent(tally: Tally) -> str:

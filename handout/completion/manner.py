@@ -117,8 +117,12 @@ class WritingManner:
 
     def __init__(self, hand: ScannedHand) -> None:
         kept = learnt(hand, "manner", VERSION, None, lambda: _measure_manner(hand))
+        try:
+            self._known = tuple(_unpack_known(kept[5:]))
+        except (ValueError, OverflowError):  # a file beside the hand that somebody wrote into
+            kept = _measure_manner(hand)
+            self._known = tuple(_unpack_known(kept[5:]))
         self.spread = LetterSpread(*kept[:5].tolist())
-        self._known = tuple(_unpack_known(kept[5:]))
 
     @property
     def letters(self) -> frozenset[str]:
@@ -352,6 +356,8 @@ def _unpack_known(kept: Array) -> Iterator[Known]:
     while at < len(kept):
         code, number, glyphs, cost, count = kept[at : at + 5].tolist()
         end = at + 5 + 2 * int(count)
+        if not at + 5 <= end <= len(kept):
+            raise ValueError(f"{count:g} places of {len(kept)} figures")
         yield Known(chr(int(code)), int(number), int(glyphs), cost, kept[at + 5 : end].reshape(-1, 2))
         at = end
 

@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import io
 from collections.abc import Collection, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import lru_cache, partial
 from itertools import accumulate, pairwise
@@ -364,7 +365,9 @@ def _hand(archive: Archive, path: Path, data: bytes | None) -> ScannedHand:
     fingerprint = _fingerprint(archive)
     _read_from[hand] = path, fingerprint
     own = path.with_suffix(BESIDE)
-    kept = [_read_learnt(own, own.stat().st_mtime_ns)] if own.is_file() else []
+    kept = list[_Learnt]()
+    with suppress(OSError):  # there is none, or another program takes it away just now
+        kept.append(_read_learnt(own, own.stat().st_mtime_ns))
     kept += [_read_learnt(file) for file in sorted(_SHIPPED.glob("*" + BESIDE))]
     kept += [archive.json(_LEARNT, _Learnt)] if _LEARNT in archive else []
     for found in kept:

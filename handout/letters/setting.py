@@ -19,7 +19,7 @@ from handout.letters.rows import FlowPage, LetterSetting, Mark, Pasted, Segment,
 from handout.letters.runs import LetterWord
 from handout.values import Array, Glyph, Line, Manuscript, Placed
 from handout.writing.layout import LineGeometry, line_geometries, on_rules
-from handout.writing.pages import SMALLEST_FIT, ToPage, extent, on_page, place_words
+from handout.writing.pages import SMALLEST_FIT, FormulaWord, ToPage, extent, on_page, place_words
 from handout.writing.slips import StrikeThrough
 
 
@@ -97,7 +97,7 @@ class _Placing:
     def _page(self, page: FlowPage, number: int) -> LetterPage:
         rng = self._rng.spawn(1)[0]
         geometries = self._geometries(page.rows, rng)
-        self._words, self._slips = 0, list[dict[str, Any]]()
+        self._words, self._slips, self._formulas = 0, list[dict[str, Any]](), list[str]()
         layers: dict[Voice, list[Line]] = {}
         places: dict[Voice, list[int]] = {}
         whole = []
@@ -118,6 +118,8 @@ class _Placing:
             about["baseline"] = round(page.rows[0].baseline, 3)
         if self._slips:
             about["slips"] = self._slips
+        if self._formulas:
+            about["formulas"] = self._formulas
         manuscripts = {}
         for voice, lines in layers.items():
             writer = writers[voice.hand]
@@ -165,6 +167,8 @@ class _Placing:
                 for w in segment.words
                 if w.intended
             ]
+            words = [w.written for w in segment.words if isinstance(w.written, FormulaWord)]
+            self._formulas += [source for word in words for source in word.sources]
         layers: dict[Voice, list[Placed]] = {}
         for voice, glyph in placed:
             layers.setdefault(voice, []).append(glyph)

@@ -133,7 +133,7 @@ class Tally:
 
     pen_down, pen_up : mm; duration : s.
     borrowed : letters that the hand lacked, and what was written for them.
-    slips : words that were struck out; doubtful : words that read as others.
+    slips : words that were struck out; doubtful : words that read as others; formulas : the TeX of each.
     """
 
     pages: int = 0
@@ -146,10 +146,15 @@ class Tally:
     borrowed: Sequence[Mapping[str, Any]] = ()
     slips: Sequence[Mapping[str, Any]] = ()
     doubtful: Sequence[Mapping[str, Any]] = ()
+    formulas: Sequence[str] = ()
 
     @classmethod
     def from_pages(cls, pages: Sequence[Manuscript], drawings: Sequence[Drawing]) -> Tally:
         """Count some pages of one text, given as manuscripts and as strokes."""
+
+        def gather(name: str) -> list[Any]:
+            return [each for page in pages for each in page.about.get(name, [])]
+
         letters = (placed.glyph.letter for page in pages for line in page.lines for placed in line.placed)
         return cls(
             pages=len(pages),
@@ -160,8 +165,9 @@ class Tally:
             pen_up=sum(drawing.pen_up for drawing in drawings),
             duration=sum(drawing.duration for drawing in drawings),
             borrowed=list(pages[0].about.get("borrowed", [])) if pages else [],
-            slips=[slip for page in pages for slip in page.about.get("slips", [])],
-            doubtful=[doubt for page in pages for doubt in page.about.get("doubtful", [])],
+            slips=gather("slips"),
+            doubtful=gather("doubtful"),
+            formulas=gather("formulas"),
         )
 
     @property
@@ -206,7 +212,7 @@ class Tally:
             "seed": seed,
             "hand": hand,
             "files": [str(path) for path in files],
-            **{name: told for name in ("borrowed", "slips", "doubtful") if (told := getattr(self, name))},
+            **{name: told for name in ("borrowed", "slips", "doubtful", "formulas") if (told := getattr(self, name))},
         }
 
 

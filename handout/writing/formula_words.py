@@ -20,11 +20,15 @@ _NOTHING = (0.0, 0.0, 0.0, 0.0)
 
 
 class _Laid(NamedTuple):
-    """Something that was laid out, with the words that its leaves are, and the gap before it, where a line may end."""
+    """Something that was laid out, with the words that its leaves are, and the gap before it, where a line may end.
+
+    source : the TeX of the formula that begins with it; "": none does.
+    """
 
     box: Box
     words: Sequence[Word[Any] | None]
     gap: float | None
+    source: str = ""
 
 
 def set_formula(
@@ -57,13 +61,13 @@ def _lay_part(
         yield _Laid(Box((SetLeaf(0, 0.0, 0.0, 1.0),), *boxes[0]), words, None)
         return
     for number, (gap, box) in enumerate(lay_out(formula.tree, boxes, formula.displayed, wander)):
-        yield _Laid(box, words, gap if number else None)
+        yield _Laid(box, words, gap, "") if number else _Laid(box, words, None, formula.source)
 
 
 def _join_boxes(laid: Sequence[_Laid], displayed: bool) -> FormulaWord:
     """What stands side by side, as one word."""
     parts, letters, end = list[Any](), list[tuple[int, str, float, float]](), 0.0
-    for number, (box, words, _) in enumerate(laid):
+    for number, (box, words, _, _) in enumerate(laid):
         moved = box.move_by(end + (_BESIDE if number else 0.0) - box.left, 0.0)
         end = moved.right
         for part in moved.parts:
@@ -85,4 +89,5 @@ def _join_boxes(laid: Sequence[_Laid], displayed: bool) -> FormulaWord:
         high=max(each.box.top for each in laid) + _AROUND * displayed,
         displayed=displayed,
         parts_of=tuple(parts),
+        sources=tuple(each.source for each in laid if each.source),
     )

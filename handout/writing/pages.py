@@ -7,7 +7,7 @@ gives each row its place and asks the handwriting for its glyphs there.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import chain, groupby, islice, pairwise
@@ -91,9 +91,11 @@ class FormulaWord(Word[Any]):
     """A formula, or a piece of one that a line may end behind: words in several sizes and heights, and what is drawn.
 
     parts_of : in the order of writing, words with x, y (x-heights of the line) and size; and strokes, each (n, 2).
+    sources : the TeX of the formulas that begin with it.
     """
 
     parts_of: tuple[tuple[Word[Any], float, float, float] | tuple[Array, ...], ...] = ()
+    sources: tuple[str, ...] = ()
 
     def parts(self, room: float) -> list[Word[Any]]:
         """Itself: a formula is not cut anywhere."""
@@ -485,7 +487,14 @@ def _sheet(
         lines, lower = _inside(lines, layout, layout.height - (ASCENT + DESCENT) * scale - (len(rows) - 1) * pitch)
     ruling = {"baseline": round(even[0][0] + lower, 3), "line_spacing": round(pitch, 3)}
     about = {"hand": writer.name, "x_height": round(scale, 3), **ruling, **({"slips": slips} if slips else {})}
-    return Manuscript(tuple(lines), layout.page, scale, about)
+    return Manuscript(tuple(lines), layout.page, scale, {**about, **_tell_formulas(rows)})
+
+
+def _tell_formulas(rows: Sequence[UnitRow[Any]]) -> Mapping[str, Sequence[str]]:
+    """What a page tells of its formulas: the TeX of each; nothing where there are none."""
+    words = (unit.word for row in rows for unit in row.units)
+    found = [source for word in words if isinstance(word, FormulaWord) for source in word.sources]
+    return {"formulas": found} if found else {}
 
 
 def _check_formulas(row: UnitRow[Any], layout: Layout, baseline: float) -> None:

@@ -61,7 +61,7 @@ def test_a_language_writes_letters_its_own_way(name):
     hand = load(name)
     serbian = hand.with_language("sr-Cyrl-RS")
     assert hand.with_language("ru") is hand and len(serbian.glyphs) == len(hand.glyphs)
-    for letter in "бгпт":
+    for letter in "б" if name == "house-print" else "бгпт":  # printed, г п т have no forms of their own
         ours, theirs = (each.glyphs[letter][0] for each in (hand, serbian))
         assert ours.letter == theirs.letter == letter
         assert not np.array_equal(np.vstack(ours.strokes), np.vstack(theirs.strokes)), letter
@@ -71,7 +71,7 @@ def test_a_language_writes_letters_its_own_way(name):
 def test_a_row_is_written_as_its_language_does(tmp_path):
     for language in ("sr", "ru"):
         text = ["--hand", "house-print", "--seed", "1", "--language", language, "-o", str(tmp_path / f"{language}.svg")]
-        assert CliRunner().invoke(cli, ["write", "Топот тихо", *text]).exit_code == 0
+        assert CliRunner().invoke(cli, ["write", "Бој биће", *text]).exit_code == 0
     assert (tmp_path / "sr.svg").read_bytes() != (tmp_path / "ru.svg").read_bytes()
 
 
