@@ -46,7 +46,8 @@ class StaleCalibration(InputError):
 
 def calibrations() -> Facts:
     """What is calibrated, the newest first, and what can be: printers, queues; papers and faults of the simulated."""
-    from handout.simulated.printer import FAULTS, PAPERS, SETTINGS
+    from handout.simulated.flatbed import SETTINGS
+    from handout.simulated.printer import FAULTS, PAPERS
 
     known = [device for device in list_devices() if device.kind == "printer"]
     named: list[Facts] = [{"name": one.name.removeprefix("printer-"), "title": one.title} for one in known]
