@@ -1,7 +1,7 @@
 """A simulated printer and a simulated flatbed, in place of the user who prints, writes in a chart's frame, and scans.
 
-A page goes through what a person's page goes through: its job, a PDF of one picture a page as `sinks.picture_pdf` writes
-it, is read, printed and scanned, each with faults on demand.
+A page goes through what a person's page goes through: its job, a PDF of one picture a page as `sinks.picture_pdf`
+writes it, is read, printed and scanned, each with faults on demand.
 """
 
 from __future__ import annotations

@@ -42,6 +42,7 @@ FAULTS = {
     "clogged": "two groups of the cyan nozzles are blocked: two lines without cyan in every pass of the head",
     "banding": "ink gets lighter over each pass of the head, and a pale line lies between passes",
 }
+FLAWS = {**FAULTS, **dict.fromkeys(SETTINGS, "")}  # those of the scanner too, which are settings
 _SHARES = {
     "weak-cyan": (0.5, 1, 1, 1), "weak-magenta": (1, 0.5, 1, 1), "weak-yellow": (1, 1, 0.5, 1),
     "no-black": (1, 1, 1, 0), "draft": (0.6, 0.6, 0.6, 0.6),
@@ -68,10 +69,9 @@ def check(names: Iterable[str]) -> frozenset[str]:
     """
     asked = frozenset(names)
     for name in sorted(asked - set(FAULTS)):
-        choices = [*FAULTS, *SETTINGS]
-        near = difflib.get_close_matches(name, choices, 1)
+        near = difflib.get_close_matches(name, FLAWS, 1)
         hint = f"; did you mean {near[0]!r}?" if near else "."
-        raise InputError(f"The simulated printer has no fault {name!r}{hint} It has: {', '.join(choices)}.")
+        raise InputError(f"The simulated printer has no fault {name!r}{hint} It has: {', '.join(FLAWS)}.")
     return asked
 
 

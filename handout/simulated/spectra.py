@@ -1,4 +1,4 @@
-"""Light that a sheet sends back: spectra from 400 to 700 nm, the colours that they are under D50, and a printed sheet."""
+"""Light that a sheet sends back: spectra from 400 to 700 nm, their colours under D50, and a printed sheet."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The simulated Marlin: how it takes in numbered lines and asks for missing ones, what it does with commands, its answers.
+"""The simulated Marlin: how it takes in numbered lines and asks for missing ones, what it does and says.
 
 Source: Marlin's queue of commands, read for facts.
 """
