@@ -1,9 +1,9 @@
 """The picture of a written sheet, layer by layer: the paper, the same with ink, and the picture with dust and noise.
 
 A printed sheet is scanned by `scanner.scan`: that knows its spectra at the printer's resolution and bends it.  Here the
-ink is drawn on the glass at the picture's own resolution, so that the truth about every pixel is exact; warp, flare, glare
-and what a scanner's program does by itself are left out.  Both lay the sheet, blur, scatter and show light alike.  The
-lamp here is a polynomial and not cosines: the scanned hands that ship were made with it.
+ink is drawn on the glass at the picture's own resolution, so that the truth about every pixel is exact; warp, flare,
+glare and what a scanner's program does by itself are left out.  Both lay the sheet, blur, scatter and show light alike.
+The lamp here is a polynomial and not cosines: the scanned hands that ship were made with it.
 """
 
 from __future__ import annotations
