@@ -10,8 +10,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from handout.simulated.print_and_scan import ink_of
 
+from handout.simulated.print_and_scan import ink_of
 from handout.simulated.scanner import Flatbed
 from handout.simulated.spectra import SimulatedSheet, WrittenSheet
 from handout.values import Array
