@@ -69,13 +69,16 @@ class _Token:
         return f"\\{self.text}" if self.command else self.text
 
 
-def find_formulas(units: Sequence[str]) -> Iterator[tuple[int, int, bool]]:
-    """Where formulas stand in the characters of a text, delimiters counted, and whether each is displayed."""
+def find_formulas(units: Sequence[str], *, marked: bool = False) -> Iterator[tuple[int, int, bool]]:
+    """Where formulas stand in the characters of a text, delimiters counted, and whether each is displayed.
+
+    marked : whether no sign is money but those behind a backslash.
+    """
     at = 0
     while at < len(units):
         if units[at] == "$":
             displayed = "".join(units[at : at + 2]) == "$$"
-            end = find_end(units, at, displayed=displayed)
+            end = find_end(units, at, displayed=displayed, marked=marked)
             if end:
                 yield at, end, displayed
             at = end or at + displayed + 1
@@ -83,7 +86,7 @@ def find_formulas(units: Sequence[str]) -> Iterator[tuple[int, int, bool]]:
             at += 2 if "".join(units[at : at + 2]) == "\\$" else 1
 
 
-def find_end(units: Sequence[str], begin: int, *, displayed: bool) -> int:
+def find_end(units: Sequence[str], begin: int, *, displayed: bool, marked: bool = False) -> int:
     """Where what follows a formula begins whose first sign is at `begin`; 0 if none begins there."""
     sign, first = "$$"[: 1 + displayed], begin + 1 + displayed
     at = first
@@ -97,7 +100,7 @@ def find_end(units: Sequence[str], begin: int, *, displayed: bool) -> int:
     following = units[end] if end < len(units) else " "
     money = units[first].isspace() or units[at - 1].isspace() or following.isdecimal() or following == "$"
     money |= begin > 0 and units[begin - 1].isalnum()
-    return 0 if money and not displayed else end
+    return 0 if money and not (displayed or marked) else end
 
 
 def read_formula(units: Sequence[str], begin: int, end: int, displayed: bool) -> Formula:
