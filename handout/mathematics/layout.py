@@ -42,6 +42,7 @@ class LayoutSettings:
     inline : size of the parts of a fraction in a line of text, or within another; displayed : on a line of its own.
     near : between letters; binary, relation, after : around and behind signs of these kinds.
     clear : between a rule and what it parts, and between brackets and what they hold.
+    beside : room behind an index and a lower limit, before what stands on the line.
     sum_, integral : heights of these in a line, and displayed.
     """
 
@@ -56,6 +57,7 @@ class LayoutSettings:
     relation: float = 0.7
     after: float = 0.6
     clear: float = 0.3
+    beside: float = 0.2
     sums: tuple[float, float] = (2.3, 3.0)
     integrals: tuple[float, float] = (3.0, 4.0)
 
@@ -216,7 +218,7 @@ class _Layout:
         if signs.WORD in (before, kind):
             return own.near if kind == signs.OPENING else own.binary
         if signs.LARGE in (before, kind):
-            return own.binary if kind == signs.LARGE else own.clear
+            return own.binary
         return 0.7 * own.near if kind == signs.PUNCTUATION else own.near
 
     def node(self, node: Node, size: float, displayed: bool) -> Box:
@@ -310,7 +312,8 @@ class _Layout:
             if lower is not None:
                 rise = max(rise, lower.top + 0.15 * size - upper.bottom)
             parts.append(upper.move_by(x - upper.left, rise))
-        return _join(parts)
+        whole = _join(parts)  # what follows an index stands apart: a comma would be one of its signs
+        return whole if lower is None else replace(whole, right=whole.right + self.settings.beside * size)
 
     def _limits(self, base: Box, lower: Box | None, upper: Box | None, size: float) -> Box:
         """A base with something right below and above it."""
@@ -320,7 +323,8 @@ class _Layout:
             parts.append(lower.move_by(middle - 0.5 * (lower.left + lower.right), floor - clear - lower.top))
         if upper is not None:
             parts.append(upper.move_by(middle - 0.5 * (upper.left + upper.right), base.top + clear - upper.bottom))
-        return _join(parts)
+        whole, beside = _join(parts), self.settings.beside * size
+        return replace(whole, left=whole.left - beside, right=whole.right + beside)
 
     def _fenced(self, node: Fenced, size: float, displayed: bool) -> Box:
         inner, x, clear = list[Box](), 0.0, self.settings.clear * size

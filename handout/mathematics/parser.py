@@ -97,10 +97,9 @@ def find_end(units: Sequence[str], begin: int, *, displayed: bool, marked: bool 
     if at >= len(units) or at == first:
         return 0
     end = at + len(sign)
-    following = units[end] if end < len(units) else " "
+    before, following = "".join(units[max(begin - 1, 0) : begin]), "".join(units[end : end + 1])
     money = units[first].isspace() or units[at - 1].isspace() or following.isdecimal() or following == "$"
-    money |= begin > 0 and units[begin - 1].isalnum()
-    return 0 if money and not (displayed or marked) else end
+    return 0 if (money or before.isalnum()) and not (displayed or marked) else end
 
 
 def read_formula(units: Sequence[str], begin: int, end: int, displayed: bool) -> Formula:
@@ -308,7 +307,7 @@ class _Reader:
             return _leaf(token, token.text, signs.OPENING)
         if token.text in ")]":
             return _leaf(token, token.text, signs.CLOSING)
-        text = {"-": "–", "*": "·", "'": "’"}.get(token.text, token.text)
+        text = {"-": "–", "*": "·", "'": "’", "l": "ℓ"}.get(token.text, token.text)  # l alone looks like 1
         return _leaf(token, text, signs.kind_of(token.text))
 
     def _number(self, first: _Token) -> Leaf:

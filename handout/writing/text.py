@@ -98,6 +98,7 @@ ALIKE = {
     "⬇": "↓",
     "⩽": "≤",
     "⩾": "≥",
+    "ℓ": "l",
     # Greek and Cyrillic letters; a tonos stands before its capital
     **{accented: ("’" + own, "’" + like) for accented, own, like in zip("ΆΈΉΊΌΎΏ", "ΑΕΗΙΟΥΩ", "AEHIOYΩ", strict=True)},
     **dict(zip("ΑΒΕΖΗΙΚΜΝΟΡΤΥΧονµАВЕІЈКМНОРСТХЅаеіјорсухѕ", "ABEZHIKMNOPTYXovμABEIJKMHOPCTXSaeijopcyxs", strict=True)),
