@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from handout.branching import branches
+from handout.branching import branches, number_pieces
 from handout.values import Array, Indices
 
 _ROUNDS = 3  # taking off a spur can expose another
@@ -93,17 +93,10 @@ def _neighbours(y: Indices, x: Indices, shape: tuple[int, int]) -> Indices:
 
 def _merge_junctions(xy: Array, edges: Indices) -> tuple[Array, Indices]:
     """The graph with each cluster of touching pixels that have three or more neighbours merged to one vertex."""
-    from scipy.sparse import coo_matrix
-    from scipy.sparse.csgraph import connected_components
-
-    count = len(xy)
-    degree = np.bincount(edges.ravel(), minlength=count)
-    within = edges[(degree[edges] >= 3).all(axis=1)]
-    joined = coo_matrix((np.ones(len(within), dtype=np.int8), tuple(within.T)), shape=(count, count))
-    total, group = connected_components(joined, directed=False)
-    size = np.bincount(group, minlength=total)
-    centre = np.stack([np.bincount(group, xy[:, k], minlength=total) / size for k in (0, 1)], axis=1)
-    return centre, unique_edges(group[edges].astype(np.intp))
+    degree = np.bincount(edges.ravel(), minlength=len(xy))
+    group = number_pieces(edges[(degree[edges] >= 3).all(axis=1)], len(xy))
+    centre = np.stack([np.bincount(group, xy[:, k]) / np.bincount(group) for k in (0, 1)], axis=1)
+    return centre, unique_edges(group[edges])
 
 
 def unique_edges(edges: Indices) -> Indices:
