@@ -36,24 +36,14 @@ def fill_holes(ink: NDArray[np.bool_], dpi: float) -> NDArray[np.bool_]:
     return np.asarray(ink | small[labels])
 
 
-def skeleton_graph(ink: NDArray[np.bool_], inside: NDArray[np.float32]) -> tuple[Array, Indices]:
-    """Middle line of a mask without spurs.
-
-    Parameters
-    ----------
-    ink : (h, w) bool
-    inside : (h, w) float32: distance from the edge of the ink, for the length of spurs.
+def skeleton(ink: NDArray[np.bool_]) -> tuple[Array, Indices]:
+    """Middle line of a mask (h, w) as it comes, with spurs.
 
     Returns
     -------
     xy : (n, 2) float, pixels, x to the right.
     edges : (m, 2) int, pairs of vertices, each once.
     """
-    return without_spurs(*skeleton(ink), inside)
-
-
-def skeleton(ink: NDArray[np.bool_]) -> tuple[Array, Indices]:
-    """Middle line of a mask (h, w) as it comes, with spurs: places (n, 2) and pairs of them, as `skeleton_graph`."""
     from skimage.morphology import skeletonize
 
     y, x = np.nonzero(skeletonize(ink))  # type: ignore[no-untyped-call]
@@ -62,7 +52,10 @@ def skeleton(ink: NDArray[np.bool_]) -> tuple[Array, Indices]:
 
 
 def without_spurs(xy: Array, edges: Indices, inside: NDArray[np.float32]) -> tuple[Array, Indices]:
-    """The graph without branches that end free and are no longer than the line is wide."""
+    """The graph without branches that end free and are no longer than the line is wide.
+
+    inside : (h, w) float32: distance from the edge of the ink, for the length of spurs.
+    """
     for _ in range(_ROUNDS):
         spurs = _spurs(xy, edges, inside)
         if not spurs.any():
