@@ -126,10 +126,7 @@ class DecodedText:
 def decode(data: bytes) -> DecodedText:
     """The text in some bytes; a byte order mark is left out, line ends are kept.
 
-    Raises
-    ------
-    NoText
-        They are no text in any encoding that is known.
+    Raises NoText: they are no text in any encoding that is known.
     """
     for bom, codec, name in _BOMS:
         if data.startswith(bom):

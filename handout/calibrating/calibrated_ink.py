@@ -34,10 +34,7 @@ def choose(printer: str, paper: str = "", asked: str = "") -> tuple[Calibration 
     asked : str
         "none", a ``printer/paper``, or a file or folder of a calibration; empty: the printer's newest.
 
-    Raises
-    ------
-    InputError
-        What was asked for is not there.
+    Raises InputError: what was asked for is not there.
     """
     if asked == NONE:
         return None, []

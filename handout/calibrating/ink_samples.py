@@ -80,10 +80,7 @@ def of_hand(name: str, pen: Pen | None = None) -> Array:
     name : of the hand, drawn or scanned.
     pen : of a drawn hand; None: a ballpoint, which pages are drawn with unless another is asked for.
 
-    Raises
-    ------
-    InputError
-        No such hand.
+    Raises InputError: no such hand.
     """
     from handout.hand.library import find
 
@@ -109,10 +106,7 @@ def writer_of(name: str) -> tuple[str, list[float] | None]:
 
     "" and None for a drawn hand, and where no hand is named.
 
-    Raises
-    ------
-    InputError
-        No such hand.
+    Raises InputError: no such hand.
     """
     from handout.hand.library import find
 

@@ -86,10 +86,7 @@ class VerificationStrip:
 def from_facts(facts: Mapping[str, Any]) -> VerificationStrip:
     """The strip that `VerificationStrip.facts` describes.
 
-    Raises
-    ------
-    InputError
-        It does not describe one.
+    Raises InputError: it does not describe one.
     """
     try:
         return VerificationStrip(
@@ -110,10 +107,7 @@ def make(
     ----------
     page : what of a page's ink the printer reaches, where that is another than the samples'; whose : ink it is.
 
-    Raises
-    ------
-    InputError
-        Next to none of the ink can be printed.
+    Raises InputError: next to none of the ink can be printed.
     """
     white = np.asarray(table.paper, dtype=np.float64)
     cells = len(grid_cells(_COLUMNS, _ROWS)[0])
@@ -145,10 +139,7 @@ def make(
 def prepare(calibration: Calibration, hand: str = "", paper: str = "A4") -> VerificationStrip:
     """A strip for a calibration, of a hand's own ink or of usual ones; it is remembered with the calibration.
 
-    Raises
-    ------
-    InputError
-        No such hand, or an ink of which the printer reaches next to nothing.
+    Raises InputError: no such hand, or an ink of which the printer reaches next to nothing.
     """
     reference = pen_reference.of_calibration(calibration, hand) if hand else None
     samples = ink_samples.seen_by_chart(ink_samples.of_hand(hand), reference) if hand else ink_samples.usual(_USUAL)
@@ -170,10 +161,7 @@ def pages_of(strip: VerificationStrip, calibration: Calibration, profile: Printe
 def last_strip(calibration: Calibration) -> VerificationStrip:
     """The strip that was printed last for a calibration.
 
-    Raises
-    ------
-    InputError
-        None was.
+    Raises InputError: none was.
     """
     facts = calibration.load_kept(store.STRIP)
     if facts is None:

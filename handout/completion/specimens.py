@@ -62,10 +62,7 @@ class Specimen:
 def add_page(hand: ScannedHand, specimens: Sequence[Specimen]) -> ScannedHand:
     """The hand with one page more, which holds the specimens as its letters.
 
-    Raises
-    ------
-    InputError
-        Some are to be drawn, and there are too few clear pieces of line to take the pen from.
+    Raises InputError: some are to be drawn, and there are too few clear pieces of line to take the pen from.
     """
     like = hand.pages[0]
     spots, page = _origins(specimens, like)

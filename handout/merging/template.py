@@ -67,10 +67,7 @@ class LetterTemplate:
     names : every name that it uses and the line on which it is first used; a header, asked for as ``row["…"]``, is
         there as it is.
 
-    Raises
-    ------
-    InputError
-        It is no template, or has in it what a letter may not have; the message names the line.
+    Raises InputError: it is no template, or has in it what a letter may not have; the message names the line.
     """
 
     def __init__(self, text: str, title: str, *, markdown: bool = False, first_line: int = 1) -> None:
@@ -102,10 +99,7 @@ class LetterTemplate:
     def check(self, columns: Collection[str], headers: Collection[str], table: str) -> None:
         """Refuse names that no column has.
 
-        Raises
-        ------
-        InputError
-            There is one; the message names the nearest.
+        Raises InputError: there is one; the message names the nearest.
         """
         for name in self.names:
             among = headers if name in self._headers else columns

@@ -95,10 +95,7 @@ def _split_sentences(paragraph: str) -> Iterator[str]:
 def shipped_sentences(language: str = "en") -> tuple[str, ...]:
     """The sentences in a language that come with the program, one a line of its file.
 
-    Raises
-    ------
-    InputError
-        There are none in that language.
+    Raises InputError: there are none in that language.
     """
     code = language.replace("_", "-").partition("-")[0].lower()
     known = {path.stem.partition("-")[2] or "en": path for path in sorted(_FOLDER.glob("corpus*.txt"))}
@@ -110,10 +107,7 @@ def shipped_sentences(language: str = "en") -> tuple[str, ...]:
 def read_text(path: Path) -> str:
     """A text file, as it is typed (see `as_typed`).
 
-    Raises
-    ------
-    InputError
-        It cannot be read, is longer than 20 MB, is no text, or holds no letters.
+    Raises InputError: it cannot be read, is longer than 20 MB, is no text, or holds no letters.
     """
     try:
         data = path.read_bytes()

@@ -84,10 +84,7 @@ def register(image: NDArray[np.uint8]) -> Registration | None:
     Registration or None
         None where there is no mark at all.
 
-    Raises
-    ------
-    InputError
-        Too few marks, marks of several sheets, or marks that do not lie as on a sheet.
+    Raises InputError: too few marks, marks of several sheets, or marks that do not lie as on a sheet.
     """
     grey = in_grey(image)
     page, corners_found = _sheet(
@@ -131,10 +128,7 @@ def _check(registration: Registration) -> None:
 def in_grey(image: NDArray[np.uint8]) -> NDArray[np.uint8]:
     """The picture in shades of grey.
 
-    Raises
-    ------
-    InputError
-        It is not (h, w) or (h, w, 3) of uint8, or it is empty.
+    Raises InputError: it is not (h, w) or (h, w, 3) of uint8, or it is empty.
     """
     import cv2
 

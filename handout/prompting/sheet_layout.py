@@ -40,10 +40,7 @@ _LABEL = (12.0, 17.0)  # mm, between the upper marks
 def paper_of_name(name: str) -> Page:
     """The paper of that name.
 
-    Raises
-    ------
-    InputError
-        Sheets are not made in that size.
+    Raises InputError: sheets are not made in that size.
     """
     for page in PAPERS:
         if page.name.lower() == name.lower():
@@ -115,10 +112,7 @@ class SheetLayout:
 
         letter : mm that the author's letters take, with the gaps between words; None: usual for the pitch.
 
-        Raises
-        ------
-        InputError
-            Fewer than ten or more than two hundred.
+        Raises InputError: fewer than ten or more than two hundred.
         """
         count = math.floor((self.right - self.left) / (letter or LETTER * self.pitch))
         if not 10 <= count <= 200:

@@ -56,10 +56,7 @@ def sheet_file(name: str) -> tuple[Path, int | None] | None:
 def read_sheet(name: str) -> GivenSheet:
     """The sheet of a picture, or of a page of a PDF or TIFF file (the first, unless the name ends with another).
 
-    Raises
-    ------
-    InputError
-        No such file, or one that cannot be read.
+    Raises InputError: no such file, or one that cannot be read.
     """
     found = sheet_file(name)
     if found is None:

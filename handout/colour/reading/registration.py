@@ -86,10 +86,7 @@ def place(
     page_of : callable, optional
         The page that has a mark of a number, for pages that are laid out as the chart's are.
 
-    Raises
-    ------
-    ScanRefused
-        No marks, too few, or those of another chart or of several pages.
+    Raises ScanRefused: no marks, too few, or those of another chart or of several pages.
     """
     grey = in_grey(scan.pixels)
     marks, mirrored = _marks(grey, page_of)
