@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from handout.calibrating import ink_samples, pen_reference, store
-from handout.calibrating.ink_samples import greys, lay_on, reach_on_paper
+from handout.calibrating import calibrated_ink, pen_reference, store
+from handout.calibrating.calibrated_ink import greys, lay_on, reach_on_paper
 from handout.calibrating.pages import DevicePages, fine_enough
 from handout.calibrating.store import Calibration
 from handout.colour.chart import MARKS, PAPERS, ChartPage, grid_cells
@@ -142,9 +142,11 @@ def prepare(calibration: Calibration, hand: str = "", paper: str = "A4") -> Veri
     Raises InputError: no such hand, or an ink of which the printer reaches next to nothing.
     """
     reference = pen_reference.of_calibration(calibration, hand) if hand else None
-    samples = ink_samples.seen_by_chart(ink_samples.of_hand(hand), reference) if hand else ink_samples.usual(_USUAL)
-    table, whose = calibration.table(), hand or ink_samples.USUAL_HAND
-    page = None if hand else ink_samples.reach_of(whose, table)
+    samples = (
+        calibrated_ink.seen_by_chart(calibrated_ink.of_hand(hand), reference) if hand else calibrated_ink.usual(_USUAL)
+    )
+    table, whose = calibration.table(), hand or calibrated_ink.USUAL_HAND
+    page = None if hand else calibrated_ink.reach_of(whose, table)
     strip = make(table, samples, paper, page, f"of {whose}")
     calibration.keep(store.STRIP, strip.facts())
     return strip

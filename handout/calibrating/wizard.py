@@ -22,7 +22,7 @@ import msgspec
 from msgspec.structs import replace
 
 from handout import atomic, shipped
-from handout.calibrating import ink_samples, pages, pen_reference, print_diagnosis, store, verification
+from handout.calibrating import calibrated_ink, pages, pen_reference, print_diagnosis, store, verification
 from handout.calibrating import strip as strips
 from handout.calibrating.pen_reference import FrameReference
 from handout.calibrating.store import Calibration
@@ -150,7 +150,7 @@ class Wizard:
         """
         layout = pages.chart_for(task.profile, task.sheet, task.pages)
         self.task = task
-        self.writer, self._paper = ink_samples.writer_of(task.hand)
+        self.writer, self._paper = calibrated_ink.writer_of(task.hand)
         self.seen: ChartReading | None = None  # what the scans of the chart that were given last showed, good or not
         names = store.key(task.printer), store.key(task.paper)
         self.name, self.folder = "/".join(names), folder() / "--".join(names)

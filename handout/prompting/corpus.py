@@ -50,13 +50,11 @@ def plain(sentence: str, allowed: frozenset[str]) -> str | None:
     """
     if allowed.issuperset(sentence):
         return sentence
-    written = "".join(char if char in allowed else _bare(char) for char in sentence)
+    bare = ((char, unicodedata.normalize("NFD", char.translate(_PLAIN))) for char in sentence)
+    written = "".join(
+        char if char in allowed else "".join(c for c in plain if not unicodedata.combining(c)) for char, plain in bare
+    )
     return written if allowed.issuperset(written) else None
-
-
-def _bare(char: str) -> str:
-    decomposed = unicodedata.normalize("NFD", char.translate(_PLAIN))
-    return "".join(c for c in decomposed if not unicodedata.combining(c))
 
 
 def sentences(text: str) -> list[str]:

@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.errors import DoesNotFit, InputError
-from handout.prompting.registration import Registration
+from handout.prompting.sheet_layout import Registration
 from handout.values import Array
 
 VERSION = 1  # of the format; a reader refuses any other

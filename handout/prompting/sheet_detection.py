@@ -8,9 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.errors import InputError
-from handout.prompting.registration import Registration, in_grey, register
 from handout.prompting.sheet_codes import PARTS, PageRecord, join, read_codes, unpack
-from handout.prompting.sheet_layout import SheetLayout
+from handout.prompting.sheet_layout import Registration, SheetLayout, in_grey, register
 from handout.values import Array, Page
 
 _DPI = (36.0, 2400.0)  # of a rectified page: bounds against slips

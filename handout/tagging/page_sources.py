@@ -293,7 +293,7 @@ def filled_sheet(scan: Scan | FilePicture) -> FilledSheet | None:
 
 def refuse_mirrored(scan: Scan | FilePicture) -> None:
     """Raise InputError for the mirror image of a sheet."""
-    from handout.prompting.registration import register
+    from handout.prompting.sheet_layout import register
 
     try:
         mirrored = register(np.ascontiguousarray(scan.rgb[:, ::-1])) is not None
