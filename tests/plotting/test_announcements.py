@@ -78,7 +78,7 @@ def test_what_an_announcement_stands_for(kind, name, host, address):
 def on_air(monkeypatch):
     """What is announced on the network."""
     machines = []
-    monkeypatch.setattr(connections, "listen", lambda: machines)
+    monkeypatch.setattr(connections, "find_announced", lambda: machines)
     return machines
 
 

@@ -20,7 +20,7 @@ NAMES = ("/dev/ttyUSB0", "/dev/ttyUSB1", "/dev/ttyACM0")
 @pytest.fixture(autouse=True)
 def quiet(monkeypatch):
     """Nobody announces himself on the network."""
-    monkeypatch.setattr(connections, "listen", list)
+    monkeypatch.setattr(connections, "find_announced", list)
 
 
 class Nobody:
