@@ -158,7 +158,10 @@ def tell_repeats(table: Addresses, used: Collection[str], *, once: bool) -> Addr
     again = {number for numbers in groups.values() for number in numbers[1:]}
     if not again:
         return table
-    listed = [f"{', '.join(map(str, some[:-1]))} and {some[-1]}" for some in groups.values() if len(some) > 1]
+    listed = list[str]()
+    for first, *rest in (some for some in groups.values() if len(some) > 1):
+        last = f"{len(rest) - _MOST_NAMED} others" if len(rest) > _MOST_NAMED + 1 else str(rest.pop())
+        listed.append(f"{', '.join(map(str, [first, *rest[:_MOST_NAMED]]))} and {last}")
     more = f", and {len(listed) - _MOST_NAMED} others" if len(listed) > _MOST_NAMED else ""
     what = "only the first of them is made" if once else "each is made; --once makes only the first of them"
     note = f"rows {', rows '.join(listed[:_MOST_NAMED])}{more} are the same: {what}"
