@@ -24,7 +24,8 @@ from handout.colour.patches import Patches
 from handout.colour.reading import read_scans
 from handout.colour.reading.scan_files import ChartScan
 from handout.colour.table import ColourTable, apply, build
-from handout.simulated.printer import Flatbed, Inkjet
+from handout.simulated.printer import Inkjet
+from handout.simulated.scanner import Flatbed
 from handout.values import Array, Raster
 from handout_lab.offset_press import Measured
 

@@ -16,7 +16,9 @@ from handout.plotting import fit_to_bed, open_port, plan, run
 from handout.plotting.dialects import dialect
 from handout.plotting.driving import fidelity
 from handout.printing import media, printers
-from handout.simulated.printer import Flatbed, Inkjet, job_reader
+from handout.simulated import print_and_scan
+from handout.simulated.printer import Inkjet
+from handout.simulated.scanner import Flatbed
 from handout.sinks import picture_pdf
 from handout.values import Page
 
@@ -73,7 +75,7 @@ def test_printer_runs_through_the_simulated_device(path, tmp_path):
     with picture_pdf.document(job) as document:
         document.add(sheet, inked)
     assert printers.ticket(profile, page, "t").media == f"Custom.{sheet.width:g}x{sheet.height:g}mm"
-    ((size, pixels),) = job_reader.pages(job, profile.dpi)
+    ((size, pixels),) = print_and_scan.pages(job, profile.dpi)
     assert (size.width, size.height) == pytest.approx((45, 60) if profile.feed == "short" else (60, 45))
     scan = Flatbed.ideal().scan(
         Inkjet().print_page(pixels, profile.dpi, profile.margins), 150, np.random.default_rng(0)

@@ -165,7 +165,7 @@ class Dialect:
         InputError if its heights cannot be set.
     connect : wakes a controller and finds out who it is and what its limits are, without moving it (but see `home`).
         The log is told in plain words what the user should know, such as limits that differ from the profile's.
-    simulator : module of the simulated controller, which shares no code with the dialect.
+    simulator : ``module:class`` of the simulated controller, which shares no code with the dialect.
     question : how a machine is found out; usb : USB ids that only machines of this dialect have.
     suffixes : of files; usual_device : the machine that a file is for if none is named.
     motion : who makes the speeds: the controller, from feeds, with its own planner ("planned"); the program, which

@@ -16,7 +16,8 @@ from handout.colour.chart import chart
 from handout.colour.patches import Patches
 from handout.colour.reading import read_scans
 from handout.simulated import print_and_scan as loop
-from handout.simulated.printer import Flatbed, Inkjet
+from handout.simulated.printer import Inkjet
+from handout.simulated.scanner import Flatbed
 
 DPI = 80
 

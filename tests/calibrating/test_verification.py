@@ -12,7 +12,8 @@ from handout.colour import conversions
 from handout.colour.interpolation import look_up
 from handout.colour.reading import ChartScan, ScanRefused
 from handout.errors import InputError
-from handout.simulated.printer import Flatbed, Inkjet
+from handout.simulated.printer import Inkjet
+from handout.simulated.scanner import Flatbed
 
 # they rest on scans that take seconds to make
 pytestmark = pytest.mark.slow

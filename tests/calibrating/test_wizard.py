@@ -10,7 +10,8 @@ from handout.calibrating import ink_samples, store
 from handout.calibrating.wizard import CalibrationTask, ScansRefused, Step, Wizard, remove
 from handout.errors import InputError
 from handout.simulated import print_and_scan as loop
-from handout.simulated.printer import Flatbed, Inkjet
+from handout.simulated.printer import Inkjet
+from handout.simulated.scanner import Flatbed
 
 DPI = 80
 

@@ -29,7 +29,7 @@ DIALECT = Dialect(
     file=file,
     set_pen=set_pen,
     connect=MarlinController,
-    simulator="handout.simulated.plotter.marlin",
+    simulator="handout.simulated.plotter.marlin_firmware:MarlinFirmware",
     question=Question(b"M115\n", re.compile(rb"FIRMWARE_NAME:([^\r\n]*?)(?= [A-Z_]+:|[\r\n])"), (115200, 250000)),
     suffixes=(".gcode", ".g", ".gco"),
     usual_device="marlin-servo",

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 from handout.profiles import Plotter
 from handout.simulated.plotter.options import SimulatorOptions
-from handout.simulated.plotter.queue import Axes
+from handout.simulated.plotter.planner import Axes
 
 _WORD = re.compile(r"([A-Z])([-+]?(?:\d+\.?\d*|\.\d+))")
 _COMMENT = re.compile(r"\([^)]*\)?|;.*")

@@ -1,4 +1,4 @@
-"""The settings of a simulated flatbed scanner, and its tone curve: what it shows of light.
+"""The settings of a simulated flatbed scanner, where a sheet lies on its glass, its optics, and its tone curve.
 
 The settings for handwriting follow real scans, measured on 27 grey and 8 colour pages at 300 dpi by ballpoint and on
 3 colour pages at 400 dpi on old paper:
@@ -15,7 +15,9 @@ The settings for handwriting follow real scans, measured on 27 grey and 8 colour
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any, Self
 
 import numpy as np
@@ -23,7 +25,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from handout.errors import InputError
 from handout.simulated.spectra import WAVELENGTHS
-from handout.values import Array
+from handout.values import Array, Drawing, Page, readonly
 
 # red, green and blue of the sensor with its lamp: middle and width, nm; near what explains the colours of a film and
 # photo flatbed with white light-emitting diodes
@@ -187,3 +189,203 @@ class FlatbedSettings:
         if self.grey:
             shown = np.repeat(shown.mean(axis=-1, keepdims=True), 3, axis=-1)
         return shown.astype(light.dtype)
+
+
+Floats = NDArray[np.float32]
+Field = Callable[[NDArray[np.floating], NDArray[np.floating]], NDArray[np.floating]]
+Lamp = Callable[[NDArray[np.floating], NDArray[np.floating]], Floats]
+Kernels = list[tuple[Array, Array]]
+
+ROWS = 512  # of a picture that are made at a time, so that one of 1200 dpi needs little memory beside itself
+_SHARPEST = 0.2  # pixels: a finer blur is none
+
+
+def lamp(loss: float, field: Field, sampled: NDArray[np.floating]) -> Lamp:
+    """The lamp's light over the picture: 1 where `field` is least, less by the share `loss` where it is greatest.
+
+    Parameters
+    ----------
+    field : of places x (w,) and y (h,), (h, w); sampled : its values over the whole picture.
+    """
+    least, span = float(sampled.min()), max(float(np.ptp(sampled)), 1e-9)
+
+    def light_at(x: NDArray[np.floating], y: NDArray[np.floating]) -> Floats:
+        if not loss:
+            return np.ones((len(y), len(x)), dtype=np.float32)
+        return np.asarray(1 - loss * (field(x, y) - least) / span, dtype=np.float32)
+
+    return light_at
+
+
+def kernels(flatbed: FlatbedSettings, dpi: float) -> Kernels:
+    """For red, green and blue the blur along x and along y, moved by the channel's misregistration."""
+    scale = dpi / 25.4
+    red, blue = flatbed.misregistration
+    return [(_bell(flatbed.blur * scale, x * scale), _bell(flatbed.blur * scale, y * scale))
+            for x, y in (red, (0.0, 0.0), blue)]  # fmt: skip
+
+
+def reach(blur: Kernels) -> int:
+    """Rows beyond a part of a picture that the blur brings into it."""
+    return max(len(kernel) // 2 for pair in blur for kernel in pair)
+
+
+def _bell(sigma: float, shift: float) -> Array:
+    """(2 k + 1,) sum 1: a Gaussian about `shift` pixels, or what moves a picture by so much."""
+    extent = math.ceil(4 * sigma + abs(shift)) if sigma > _SHARPEST else math.ceil(abs(shift))
+    at = np.arange(-extent, extent + 1)
+    if sigma > _SHARPEST:
+        weight = np.exp(-0.5 * ((at - shift) / sigma) ** 2)
+    else:
+        weight = np.maximum(0.0, 1 - np.abs(at - shift))
+    return np.asarray(weight / weight.sum())
+
+
+def blur_rows(rows: Floats, blur: Kernels) -> Floats:
+    """Rows (n, w, 3) after the optics."""
+    import cv2
+
+    if all(len(k) == 1 for pair in blur for k in pair):
+        return rows
+    # OpenCV correlates: a kernel is turned round to move the picture towards its shift
+    return np.stack(
+        [
+            cv2.sepFilter2D(np.ascontiguousarray(rows[:, :, c]), -1, x[::-1], y[::-1], borderType=cv2.BORDER_REPLICATE)
+            for c, (x, y) in enumerate(blur)
+        ],
+        axis=2,
+    )
+
+
+def add_noise(light: Floats, noise: float, rng: np.random.Generator) -> Floats:
+    """Light after the sensor: photons are counted, so noise goes with the root of the light; some is in the dark."""
+    if not noise:
+        return light
+    scatter = rng.standard_normal(light.shape, dtype=np.float32)
+    scatter *= np.sqrt(np.float32(0.1) + np.float32(0.9) * np.maximum(light, 0)) * np.float32(noise)
+    return np.asarray(light + scatter)
+
+
+_ORDER = 4  # cosines a side of the warp: what bends faster than a quarter of the sheet is a fold
+_FINER = 4  # bits of a pixel's place
+# dust, set by eye beside real scans: most is finer than a pen's line
+_SIZE, _SPREAD, _LARGEST = 0.035, 0.5, 0.25  # mm radius, of its logarithm, mm
+_HAIRS = 0.2  # of all specks
+_CLEAR = (0.35, 0.9)  # light that a speck lets pass
+
+
+@dataclass(frozen=True, eq=False)
+class GlassPlacement:
+    """A sheet on the glass.
+
+    sheet : the sheet; glass : what is scanned, whose top left corner is the picture's.
+    to_glass, to_sheet : (2, 3) float: from mm on the sheet to mm on the glass, and back, for a sheet without warp.
+    bends : (2, k, k) cosines of the warp, mm.
+    dpi : pixels an inch of the picture.
+    """
+
+    sheet: Page
+    glass: Page
+    to_glass: Array
+    to_sheet: Array
+    bends: Array
+    dpi: float
+
+    def __post_init__(self) -> None:
+        for name in ("to_glass", "to_sheet"):
+            object.__setattr__(self, name, readonly(getattr(self, name), 2, 3))
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Height and width of the picture, pixels."""
+        scale = self.dpi / 25.4
+        return max(1, round(self.glass.height * scale)), max(1, round(self.glass.width * scale))
+
+    @cached_property
+    def to_pixels(self) -> Array:
+        """(2, 3) float: places on the sheet, mm, to pixels of the picture, (0, 0) the middle of the first."""
+        matrix = self.to_glass * (self.dpi / 25.4)
+        matrix[:, 2] -= 0.5
+        return readonly(matrix, 2, 3)
+
+    def pixels(self, xy: Array) -> Array:
+        """(n, 2) pixels of places (n, 2) mm on the sheet."""
+        return np.asarray(xy @ self.to_pixels[:, :2].T + self.to_pixels[:, 2])
+
+    def lay(self, drawing: Drawing) -> Drawing:
+        """A drawing on the sheet, as it lies on the glass."""
+        strokes = (replace(s, xy=s.xy @ self.to_glass[:, :2].T + self.to_glass[:, 2]) for s in drawing.strokes)
+        return Drawing(tuple(strokes), self.glass, drawing.about)
+
+    def on_sheet(self, rows: Array) -> tuple[Floats, Floats]:
+        """(n, w) x and y on the sheet, mm, of the middles of all pixels in `rows` (n,), with the warp."""
+        unit = 25.4 / self.dpi
+        x, y = ((np.arange(self.shape[1]) + 0.5) * unit)[None, :], ((rows + 0.5) * unit)[:, None]
+        u, v = x[0] / self.glass.width, y[:, 0] / self.glass.height
+        (a, b, c), (d, e, f) = self.to_sheet
+        across, down = a * x + b * y + c, d * x + e * y + f
+        if self.bends.any():
+            across += smooth_field(self.bends[0], u, v)
+            down += smooth_field(self.bends[1], u, v)
+        return across.astype(np.float32), down.astype(np.float32)
+
+
+def lay(page: Page, dpi: float, flatbed: FlatbedSettings, rng: np.random.Generator) -> GlassPlacement:
+    """Lay a sheet on the glass.  The same state of `rng` gives the same place at any resolution."""
+    turned, aside = rng.normal(0.0, flatbed.skew), rng.normal(0.0, flatbed.slack, 2)
+    angle = turned if flatbed.rotation is None else flatbed.rotation
+    move = aside if flatbed.offset is None else np.asarray(flatbed.offset)
+    cos, sin = math.cos(angle), math.sin(angle)
+    size = np.array([page.width, page.height])
+    # a sheet that lies on its side needs a glass that does too
+    upright = abs(cos) >= abs(sin)
+    room = size if upright else size[::-1]
+    width, height = (room + 2 * flatbed.border).tolist()
+    glass = Page(width, height, page.name)
+    there, back = np.array([[cos, -sin], [sin, cos]]), np.array([[cos, sin], [-sin, cos]])
+    shift = size / 2 - there @ (size / 2) + move + flatbed.border + (room - size) / 2
+    return_shift = size / 2 - back @ (np.array([glass.width, glass.height]) / 2 + move)
+    to_glass, to_sheet = np.column_stack([there, shift]), np.column_stack([back, return_shift])
+    return GlassPlacement(page, glass, to_glass, to_sheet, bends(flatbed.warp, rng), dpi)
+
+
+def bends(most: float, rng: np.random.Generator) -> Array:
+    """(2, k, k) cosines of a smooth shift that is `most` mm where it is greatest."""
+    u = np.linspace(0, 1, 41)
+    fields = rng.normal(0.0, 1.0, (2, _ORDER, _ORDER)) / (1 + np.add.outer(np.arange(_ORDER), np.arange(_ORDER)))
+    fields[:, 0, 0] = 0
+    size = np.hypot(smooth_field(fields[0], u, u), smooth_field(fields[1], u, u)).max()
+    return np.asarray(fields * (most / size))
+
+
+def smooth_field(cosines: Array, u: Array, v: Array) -> Array:
+    """(n, m) a sum of cosines (k, k) at u (m,) across and v (n,) down, both 0–1."""
+    order = np.arange(len(cosines))
+    return np.asarray(np.cos(np.pi * np.outer(v, order)) @ cosines @ np.cos(np.pi * np.outer(order, u)))
+
+
+def dust(place: GlassPlacement, flatbed: FlatbedSettings, rng: np.random.Generator) -> Floats | None:
+    """(h, w) float32 in 0–1: light that specks and short hairs on the glass let pass; None where it is clean."""
+    import cv2
+
+    area = place.glass.width * place.glass.height / 1e4
+    count = int(rng.poisson(flatbed.dust * area))
+    if not count:
+        return None
+    scale = place.dpi / 25.4
+    clear = np.full(place.shape, 255, dtype=np.uint8)
+    for _ in range(count):
+        at = rng.uniform((0.0, 0.0), (place.glass.width, place.glass.height)) * scale - 0.5
+        grey = round(255 * rng.uniform(*_CLEAR))
+        size = min(_SIZE * math.exp(rng.normal(0.0, _SPREAD)), _LARGEST) * scale
+        if rng.random() < _HAIRS:
+            # a bent fibre of a millimetre or so
+            heading = rng.uniform(0, 2 * math.pi) + np.cumsum(rng.normal(0.0, 0.25, 12))
+            step = rng.uniform(0.05, 0.2) * scale
+            fibre = at + np.cumsum(step * np.column_stack([np.cos(heading), np.sin(heading)]), axis=0)
+            points = np.rint(fibre * 2**_FINER).astype(np.int32)[:, None]
+            cv2.polylines(clear, [points], False, grey, max(1, round(0.7 * size)), cv2.LINE_AA, _FINER)
+        else:
+            middle = tuple(np.rint(at * 2**_FINER).astype(int).tolist())
+            cv2.circle(clear, middle, round(size * 2**_FINER), grey, -1, cv2.LINE_AA, _FINER)
+    return clear.astype(np.float32) * np.float32(1 / 255)

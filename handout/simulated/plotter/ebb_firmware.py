@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 
 from handout.profiles import Plotter
-from handout.simulated.plotter.ebb.engine import (
+from handout.simulated.plotter.ebb_engine import (
     Accumulators,
     Engine,
     Move,
@@ -14,10 +14,9 @@ from handout.simulated.plotter.ebb.engine import (
     by_time,
     constant_rate,
 )
-from handout.simulated.plotter.firmware import Firmware, Say, Wait
+from handout.simulated.plotter.firmware import Firmware, Framing, Say, Wait, Wire
 from handout.simulated.plotter.options import SimulatorOptions
 from handout.simulated.plotter.paper import DrawnPaper
-from handout.simulated.plotter.wire import Framing, Wire
 
 _DEFAULT = (2, 8, 1)  # if no other version is asked for
 # since when each command is known; all others are of the first versions

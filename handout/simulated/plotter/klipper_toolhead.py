@@ -14,7 +14,7 @@ from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from handout.simulated.plotter.queue import Steps, Vector
+from handout.simulated.plotter.planner import Steps, Vector
 
 _SETTLES = 0.25  # s of motion, at its own speed, after which it looks what is settled (LOOKAHEAD_FLUSH_TIME)
 LOW, HIGH = 1.0, 2.0  # s of settled motion below which it plans to stop, above which it takes no more (BUFFER_TIME_…)

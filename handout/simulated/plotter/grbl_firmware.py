@@ -7,14 +7,12 @@ import re
 from collections.abc import Iterator, Sequence
 
 from handout.profiles import Plotter
-from handout.simulated.plotter.firmware import Firmware, Say, Wait
-from handout.simulated.plotter.grbl import parser
-from handout.simulated.plotter.grbl.parser import Modes, Refused, Settings
+from handout.simulated.plotter import grbl_parser
+from handout.simulated.plotter.firmware import Firmware, Framing, Say, Wait, Wire
+from handout.simulated.plotter.grbl_parser import Modes, Refused, Settings
 from handout.simulated.plotter.options import SimulatorOptions
 from handout.simulated.plotter.paper import DrawnPaper
-from handout.simulated.plotter.queue import MoveQueue, Steps
-from handout.simulated.plotter.stepper import Stepper
-from handout.simulated.plotter.wire import Framing, Wire
+from handout.simulated.plotter.planner import MoveQueue, Stepper, Steps
 
 _STORED = 80  # characters of a line that GRBL keeps, blanks and comments left out
 _UNLOCK = "[MSG:'$H'|'$X' to unlock]"
@@ -48,7 +46,7 @@ class GrblFirmware(Firmware):
         paper.steps[:2] = self.axes.steps[:2]
         self.queue = MoveQueue(self.axes, options.queue or profile.port.queue)
         self.read_time = float(profile.port.line_time)
-        self._own = {parser.strip(line) for line in (*profile.pen.up_command, *profile.pen.down_command)}
+        self._own = {grbl_parser.strip(line) for line in (*profile.pen.up_command, *profile.pen.down_command)}
         self.variant, self.blank = options.variant, options.blank
         self.modes = Modes()
         self._output = 0.0  # of the spindle
@@ -231,7 +229,7 @@ class GrblFirmware(Firmware):
 
     def execute(self, line: bytes) -> Iterator[Wait]:
         """Read a line, do what it says as far as that makes the controller wait, and answer."""
-        yield from self._execute(parser.strip(line.decode("latin-1").strip()))
+        yield from self._execute(grbl_parser.strip(line.decode("latin-1").strip()))
 
     def _execute(self, line: str) -> Iterator[Wait]:
         try:
@@ -251,7 +249,7 @@ class GrblFirmware(Firmware):
             self.say(f"error:{refusal.number}")
 
     def _code(self, line: str) -> Iterator[Wait]:
-        request = parser.read_request(line, self.modes, self.at)
+        request = grbl_parser.read_request(line, self.modes, self.at)
         if "G92" in line or request.writes:
             self._untold = 0
         if request.writes:
@@ -293,7 +291,7 @@ class GrblFirmware(Firmware):
         pen = self.profile.pen
         yield "rest"
         for command, value in ((pen.up_command, pen.up), (pen.down_command, pen.down)):
-            if command and line == parser.strip(command[-1]):
+            if command and line == grbl_parser.strip(command[-1]):
                 self.paper.pen(self.now, value)
 
     def _switch(self, power: float) -> None:

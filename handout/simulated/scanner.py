@@ -12,10 +12,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.errors import InputError
-from handout.simulated.scanner import optics
-from handout.simulated.scanner.flatbed import FlatbedSettings
-from handout.simulated.scanner.placement import GlassPlacement, dust, lay, smooth_field
-from handout.simulated.sheet import SimulatedSheet
+from handout.simulated.flatbed import (
+    ROWS,
+    FlatbedSettings,
+    GlassPlacement,
+    Lamp,
+    add_noise,
+    blur_rows,
+    dust,
+    kernels,
+    lamp,
+    lay,
+    reach,
+    smooth_field,
+)
+from handout.simulated.spectra import SimulatedSheet
 from handout.values import Array, Page
 
 Floats = NDArray[np.float32]
@@ -62,24 +73,24 @@ def scan(sheet: SimulatedSheet, dpi: float, flatbed: FlatbedSettings, rng: np.ra
         light = np.asarray(cv2.resize(light, (across, down), interpolation=cv2.INTER_AREA))
     flare = _flare(light, sheet.page, flatbed)
     tone = _fit_automatic(light) if flatbed.automatic else (_middle_tone if flatbed.middle else _tone)(light, flatbed)
-    blur = optics.kernels(flatbed, dpi)
-    halo = optics.reach(blur)
+    blur = kernels(flatbed, dpi)
+    halo = reach(blur)
     picture: Picture = np.empty((*place.shape, 3), dtype=np.uint8 if flatbed.bits == 8 else np.uint16)
     height, width = place.shape
-    for start in range(0, height, optics.ROWS):
-        rows = np.arange(start - halo, min(start + optics.ROWS, height) + halo, dtype=np.float64)
+    for start in range(0, height, ROWS):
+        rows = np.arange(start - halo, min(start + ROWS, height) + halo, dtype=np.float64)
         under = _see_rows(light, flare, place, rows, sheet.page, flatbed)
         if specks is not None:
             under *= specks[np.clip(rows, 0, height - 1).astype(int), :, None]
         inner = slice(halo, len(rows) - halo)
-        lit = optics.blur_rows(under, blur)[inner]
+        lit = blur_rows(under, blur)[inner]
         lit = lit * lamp((np.arange(width) + 0.5) / width, (rows[inner] + 0.5) / height)[:, :, None]
         lit += glare(rows[inner])[:, :, None]
         black, white, power = tone
-        noisy = optics.noisy(lit, flatbed.noise, rng)
+        noisy = add_noise(lit, flatbed.noise, rng)
         shown = np.asarray(flatbed.apply_tone(np.clip((noisy - black) / (white - black), 0, 1), power))
         shown *= np.float32(2**flatbed.bits - 1)
-        picture[start : start + optics.ROWS] = np.rint(shown, out=shown)
+        picture[start : start + ROWS] = np.rint(shown, out=shown)
     top, right, bottom, left = (round(edge * dpi / 25.4) for edge in flatbed.crop)
     height, width = picture.shape[:2]
     if top + bottom >= height or left + right >= width:
@@ -88,7 +99,7 @@ def scan(sheet: SimulatedSheet, dpi: float, flatbed: FlatbedSettings, rng: np.ra
     return _store_picture(cropped, flatbed)
 
 
-def _lamp(flatbed: FlatbedSettings, rng: np.random.Generator) -> optics.Lamp:
+def _lamp(flatbed: FlatbedSettings, rng: np.random.Generator) -> Lamp:
     """The lamp over a picture, places counted 0–1: a few cosines."""
     cosines = rng.normal(0.0, 1.0, (3, 3)) * [[0.0, 1.0, 0.6], [1.0, 0.4, 0.2], [0.6, 0.2, 0.1]]
     u = np.linspace(0, 1, 41)
@@ -96,7 +107,7 @@ def _lamp(flatbed: FlatbedSettings, rng: np.random.Generator) -> optics.Lamp:
     def field(x: NDArray[np.floating], y: NDArray[np.floating]) -> NDArray[np.floating]:
         return -smooth_field(cosines, np.asarray(x), np.asarray(y))
 
-    return optics.lamp(flatbed.shading, field, field(u, u))
+    return lamp(flatbed.shading, field, field(u, u))
 
 
 def _glare(place: GlassPlacement, flatbed: FlatbedSettings, rng: np.random.Generator) -> Callable[[Array], Floats]:

@@ -18,11 +18,10 @@ from math import inf
 from typing import Any
 
 from handout.profiles import Plotter
-from handout.simulated.plotter.firmware import Firmware, Say, Wait
-from handout.simulated.plotter.klipper.toolhead import Toolhead, ToolheadLimits
+from handout.simulated.plotter.firmware import Firmware, Framing, Say, Wait, Wire
+from handout.simulated.plotter.klipper_toolhead import Toolhead, ToolheadLimits
 from handout.simulated.plotter.options import SimulatorOptions
 from handout.simulated.plotter.paper import DrawnPaper
-from handout.simulated.plotter.wire import Framing, Wire
 
 _HOMING = 0.5  # s; how long the simulated machine looks for its switches
 _GOES, _RESTARTS = 0.5, 2.0  # s until it begins to start anew, and that it takes; as seen

@@ -1,20 +1,111 @@
-"""The simulated Marlin: what it does with commands, and what it answers."""
+"""The simulated Marlin: how it takes in numbered lines and asks for missing ones, what it does and says.
+
+Source: Marlin's queue of commands, read for facts.
+"""
 
 from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator
+from collections import deque
+from collections.abc import Callable, Iterator
 
 from handout.profiles import Plotter
-from handout.simulated.plotter.firmware import Firmware, Say, Wait
-from handout.simulated.plotter.marlin.planner import MarlinAxes, Planner
-from handout.simulated.plotter.marlin.reception import MarlinFraming, Reception
+from handout.simulated.plotter import firmware
+from handout.simulated.plotter.firmware import Firmware, Say, Wait, Wire
 from handout.simulated.plotter.options import SimulatorOptions
 from handout.simulated.plotter.paper import DrawnPaper
-from handout.simulated.plotter.queue import Steps
-from handout.simulated.plotter.stepper import Stepper
-from handout.simulated.plotter.wire import Wire
+from handout.simulated.plotter.planner import MarlinAxes, MarlinQueue, Stepper, Steps
+
+_BUFFER = 4  # commands it holds, the one under way included
+_KEPT = 95  # bytes of a line; the rest is lost silently
+_URGENT = re.compile(rb"\s*(M108|M112|M410)\s*")
+
+
+class MarlinFraming(firmware.Framing):
+    """Lines; three of them may act on reception besides (EMERGENCY_PARSER), and are read later as all others."""
+
+    def cut_pieces(self, data: bytes) -> Iterator[tuple[bytes, bool]]:
+        """Pieces, each up to the end of a line."""
+        for piece, _ in super().cut_pieces(data):
+            if _URGENT.fullmatch(piece):
+                yield piece, True
+            yield piece, False
+
+
+class Reception:
+    """Lines received, judged, and not yet obeyed.
+
+    Parameters
+    ----------
+    say : takes the lines of its answers; flush : forgets the bytes that have been received.
+
+    Attributes
+    ----------
+    commands : in order; the first is under way.
+    last : number of the last line that was taken.
+    echoes : whether ``ok`` follows a request for a line, as it does in most versions.
+    garbles : every line is judged damaged.
+    """
+
+    def __init__(self, say: Callable[[str], None], flush: Callable[[], None]) -> None:
+        self._say, self._flush = say, flush
+        self.commands: deque[str] = deque()
+        self.last = 0
+        self.echoes = True
+        self.garbles = False
+
+    @property
+    def full(self) -> bool:
+        """Whether no further line can be taken."""
+        return len(self.commands) >= _BUFFER
+
+    @property
+    def room(self) -> int:
+        """Commands that it can still take."""
+        return _BUFFER - len(self.commands)
+
+    def take(self, raw: bytes) -> str | None:
+        """Judge a line; what it says if it was good and is now in the queue."""
+        line = raw.rstrip(b"\r\n").split(b";")[0][:_KEPT].lstrip(b" ").decode("latin-1")
+        if not line:
+            return None
+        if line.startswith("N") and not self._check_number(line):
+            return None
+        self.commands.append(line)
+        return line
+
+    def _check_number(self, line: str) -> bool:
+        """Check a line that begins with its number."""
+        number = _integer(line[1:])
+        body, star, sum_text = line.rpartition("*")
+        checksum = 0
+        for char in body:
+            checksum ^= ord(char)
+        if number != self.last + 1 and "M110" not in line:
+            return self._refuse("Line Number is not Last Line Number+1")
+        if not star:
+            return self._refuse("No Checksum with line number")
+        if _integer(sum_text) != checksum or self.garbles:
+            return self._refuse("checksum mismatch")
+        self.last = number
+        return True
+
+    def _refuse(self, why: str) -> bool:
+        """Throw away what has been received, and ask for the line after the last good one."""
+        self._say(f"Error:{why}, Last Line: {self.last}")
+        self._flush()
+        self._say(f"Resend: {self.last + 1}")
+        if self.echoes:
+            self._say("ok")
+        return False
+
+
+def _integer(text: str) -> int:
+    """The number at the beginning of a text; 0 if there is none."""
+    match = re.match(r"\s*[-+]?\d+", text)
+    return int(match.group()) if match else 0
+
 
 _HOMING = 0.5  # s; how long the simulated machine looks for its switches
 _BUSY = 2.0  # s between two signs of life of a command that takes its time
@@ -40,7 +131,7 @@ class MarlinFirmware(Firmware):
         return MarlinFraming(b"\n\r")
 
     def __init__(self, profile: Plotter, options: SimulatorOptions, wire: Wire, paper: DrawnPaper, say: Say) -> None:
-        self.profile, self.options, self.wire, self.paper, self._out = profile, options, wire, paper, say
+        self.profile, self.options, self.wire, self.paper, self._out = profile, options, firmware, paper, say
         limits, pen = profile.limits, profile.pen
         fastest = options.speed or max(limits.draw_speed, limits.travel_speed)
         travel = options.acceleration or float(limits.acceleration)
@@ -49,7 +140,7 @@ class MarlinFirmware(Firmware):
             acceleration=[travel, travel, float(pen.z_acceleration)], travel=travel,
             deviation=float(limits.junction_deviation), jerk=float(limits.jerk),
         )  # fmt: skip
-        self.planner = Planner(self.axes, options.queue or profile.port.queue)
+        self.planner = MarlinQueue(self.axes, options.queue or profile.port.queue)
         self.stepper = Stepper(self.planner, paper.move_to, ahead=1)
         self.read_time = float(profile.port.line_time)
         self.reception = Reception(self.say, wire.clear)
