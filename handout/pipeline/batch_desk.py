@@ -123,11 +123,22 @@ class _Batch:
         return journal.last_run(self.table)
 
     @property
+    def real(self) -> bool:
+        """Whether it is for a real plotter."""
+        return self.plan.to == "plotter" and not (self.plan.device or "").endswith("simulated")
+
+    @property
     def rehearsed(self) -> bool:
         """Whether all that was drawn of it, for a real plotter, the simulated one drew: nothing is on paper."""
-        real = self.plan.to == "plotter" and not (self.plan.device or "").endswith("simulated")
-        steps = run.steps.values() if real and (run := self.journal_run) is not None else ()
+        steps = run.steps.values() if self.real and (run := self.journal_run) is not None else ()
         return bool(steps) and all(is_simulated(step.device) for step in steps)
+
+    def run_for(self, ports: Sequence[str]) -> JournalRun | None:
+        """The run that is gone on with at some ports; InputError where a part would be on paper, and a part not."""
+        run, simulated = None if self.rehearsed else self.journal_run, {is_simulated(port) for port in ports}
+        if self.real and True in simulated and (False in simulated or run is not None):
+            raise InputError("A part of it comes on paper: the simulated plotter cannot draw the rest.")
+        return run
 
     @property
     def state(self) -> str:
@@ -227,16 +238,17 @@ def try_table(table: Path, letter: str, markdown: bool, plan: BatchPlan, row: in
     merged, fields = merged or plain, plain.fields
     names = {header: name for name, header in reversed([*fields.headers_by_name.items()])}
     rows = list(merged.table)
-    found = next((each for each in rows if each.number == row), None)
+    found = next((_try_row(merged, each, plan.writing.language) for each in rows if each.number == row), None)
+    shown = [] if found else rows
     return {
         "columns": [{"name": names[header], "header": header} for header in fields.headers if header in names],
         "count": len(rows),
-        "numbers": [] if found else [each.number for each in rows],
-        "rows": [] if found else [_try_row(merged, each, plan.writing.language) for each in rows[:_MOST_TRIED]],
-        "notes": [_as_shown(note) for note in merged.table.notes],
+        "numbers": [each.number for each in shown],
+        "rows": [_try_row(merged, each, plan.writing.language) for each in shown[:_MOST_TRIED]],
+        "notes": [*map(_as_shown, merged.table.notes)],
         "trouble": trouble,
         "no_envelopes": no_envelopes,
-        "tried": _try_row(merged, found, plan.writing.language) if found else None,
+        "tried": found,
     }
 
 
@@ -435,12 +447,7 @@ def _make(batch: _Batch, name: str, ports: Sequence[str], at_zero: bool, listene
     plan, merge = batch.plan, batch.merge
     if merge.approved is None:
         raise InputError(f"The proof of the batch {name} was not approved: approve it first.")
-    simulated = {is_simulated(port) for port in ports} if plan.to == "plotter" else set[bool]()
-    run, real = batch.journal_run, not (plan.device or "").endswith("simulated")
-    if real and True in simulated and (False in simulated or (run is not None and not batch.rehearsed)):
-        raise InputError("A part of it comes on paper: the simulated plotter cannot draw the rest.")
-    if batch.rehearsed:
-        run = None
+    run = batch.run_for(ports)
     if run is not None and run.ended == "done":
         raise InputError(f"All of the batch {name} was made: keep it anew to make it once more.")
     # who keeps a batch anew and approves it wants all of it, whatever became of another with the same rows
