@@ -475,12 +475,9 @@ class LineGraph:
     @cached_property
     def components(self) -> Indices:
         """(n,) int: number of the connected piece of every vertex, from 0."""
-        from scipy.sparse import coo_matrix
-        from scipy.sparse.csgraph import connected_components
+        from handout.branching import number_pieces
 
-        a, b = self.edges.T
-        joined = coo_matrix((np.ones(len(a), dtype=np.int8), (a, b)), shape=(len(self), len(self)))
-        return np.asarray(connected_components(joined, directed=False)[1], dtype=np.intp)
+        return number_pieces(self.edges, len(self))
 
     @cached_property
     def branches(self) -> tuple[Indices, ...]:

@@ -12,9 +12,7 @@ import numpy as np
 from handout.calibrating import ink_samples, store
 from handout.calibrating.pen_reference import FrameReference, Kind, of_calibration
 from handout.calibrating.store import Calibration
-from handout.colour import gamut
-from handout.colour.gamut import Reach
-from handout.colour.table import apply
+from handout.colour.table import Reach, apply, tell_loss
 from handout.errors import InputError
 from handout.inking.pen import Pen
 from handout.values import Array, Raster
@@ -130,7 +128,7 @@ class CalibratedInk:
         if reach is None:
             return f"{self.calibration.describe()}."
         whose = f"of {self.hand}" if self.hand else ""
-        return f"{self.calibration.describe()}. {gamut.tell_loss(reach.share_out, reach.mean, whose)}"
+        return f"{self.calibration.describe()}. {tell_loss(reach.share_out, reach.mean, whose)}"
 
     @cached_property
     def _reach(self) -> Reach | None:
@@ -138,4 +136,4 @@ class CalibratedInk:
             return ink_samples.reach_of(self.hand, self._table, self.reference, self.pen)
         if not self._seen:
             return None
-        return ink_samples.reach(np.concatenate(self._seen), self._table)
+        return ink_samples.reach_on_paper(np.concatenate(self._seen), self._table)

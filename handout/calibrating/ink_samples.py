@@ -9,9 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.calibrating.pen_reference import FrameReference
-from handout.colour import gamut
-from handout.colour.gamut import Reach
-from handout.colour.table import ColourTable
+from handout.colour.table import ColourTable, Reach, reach
 from handout.hand.drawn import Hand
 from handout.hand.scanned import ScannedHand
 from handout.inking.pen import Pen
@@ -33,9 +31,9 @@ def lay_on(samples: Array, paper: Array) -> Array:
     return np.asarray(paper * (1 - cover) + cover * samples[:, :3])
 
 
-def reach(samples: Array, table: ColourTable) -> Reach:
+def reach_on_paper(samples: Array, table: ColourTable) -> Reach:
     """What of some samples the printer of a table reaches."""
-    return gamut.reach(np.clip(lay_on(samples, np.asarray(table.paper, dtype=np.float64)), 0, 1), table)
+    return reach(np.clip(lay_on(samples, np.asarray(table.paper, dtype=np.float64)), 0, 1), table)
 
 
 def seen_by_chart(samples: Array, reference: FrameReference | None) -> Array:
@@ -103,7 +101,7 @@ def reach_of(name: str, table: ColourTable, reference: FrameReference | None = N
 
     Every figure on ink out of reach is made here.  Raises InputError: no such hand.
     """
-    return reach(seen_by_chart(of_hand(name, pen), reference), table)
+    return reach_on_paper(seen_by_chart(of_hand(name, pen), reference), table)
 
 
 def writer_of(name: str) -> tuple[str, list[float] | None]:

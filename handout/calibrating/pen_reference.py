@@ -14,8 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.calibrating.store import Calibration
-from handout.colour.ink_match import InkMatch, match
-from handout.colour.pen_lines import density_of
+from handout.colour.ink_match import InkMatch, density_of, match
 from handout.colour.reading import Scribble
 from handout.hand.scanned import ScannedHand
 from handout.values import Array

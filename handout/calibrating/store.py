@@ -24,7 +24,7 @@ from handout import atomic, profiles, shipped
 from handout.errors import InputError
 
 if TYPE_CHECKING:
-    from handout.colour.patches import Patches
+    from handout.colour.models.forward import Patches
     from handout.colour.reading import Scribble
     from handout.colour.table import ColourTable
 
@@ -317,6 +317,6 @@ def read_patches(path: Path) -> Patches:
     """
     from handout.colour import cgats
     from handout.colour.chart_files import from_ti3
-    from handout.colour.patches import Patches
+    from handout.colour.models.forward import Patches
 
     return Patches(*from_ti3(cgats.read_tables(path)))

@@ -15,13 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.calibrating import ink_samples, pen_reference, store
-from handout.calibrating.ink_samples import greys, lay_on, reach
+from handout.calibrating.ink_samples import greys, lay_on, reach_on_paper
 from handout.calibrating.pages import DevicePages, fine_enough
 from handout.calibrating.store import Calibration
 from handout.colour.chart import MARKS, PAPERS, ChartPage, grid_cells
 from handout.colour.chart_files import render
-from handout.colour.gamut import Reach
-from handout.colour.table import ColourTable, apply
+from handout.colour.table import ColourTable, Reach, apply
 from handout.errors import InputError
 from handout.profiles import Printer
 from handout.values import Array, Raster, readonly
@@ -118,7 +117,7 @@ def make(
     """
     white = np.asarray(table.paper, dtype=np.float64)
     cells = len(grid_cells(_COLUMNS, _ROWS)[0])
-    reached = reach(samples, table)
+    reached = reach_on_paper(samples, table)
     room = (cells - _WHITES) // 2 - _GREYS
     ink = _evenly(samples[reached.lost < _REACHED], white, room)
     if len(ink) < _LEAST:
@@ -127,7 +126,7 @@ def make(
             "verify with another hand, or with the usual inks."
         )
     shade = greys(2 * _GREYS)
-    shade = _evenly(shade[reach(shade, table).lost < _REACHED], white, _GREYS)
+    shade = _evenly(shade[reach_on_paper(shade, table).lost < _REACHED], white, _GREYS)
     rgba = np.concatenate([ink, shade])
     wanted = lay_on(rgba, white)
     grey = np.arange(len(rgba)) >= len(ink)

@@ -25,7 +25,7 @@ from handout.errors import InputError
 from handout.values import Array, readonly
 
 if TYPE_CHECKING:
-    from handout.colour.patches import Patches
+    from handout.colour.models.forward import Patches
     from handout.colour.reading import ChartReading
 
 

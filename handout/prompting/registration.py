@@ -51,20 +51,10 @@ class Registration:
     @property
     def dpi(self) -> float:
         """Pixels an inch of the sheet as it was meant to be printed, in its middle."""
-        along, down = self._axes()
-        return float(math.sqrt(abs(along[0] * down[1] - along[1] * down[0])) * 25.4)
-
-    @property
-    def turn(self) -> float:
-        """rad from the picture's x axis to the page's, towards y: 0 upright, π/2 when turned clockwise."""
-        along, _ = self._axes()
-        return math.atan2(along[1], along[0])
-
-    def _axes(self) -> tuple[Array, Array]:
-        """Pixels a mm along and down the page, in its middle."""
         middle = np.array([self.page.width / 2, self.page.height / 2])
         a, b, c, d = self.pixels(middle + np.array([(-0.5, 0), (0.5, 0), (0, -0.5), (0, 0.5)], dtype=np.float64))
-        return b - a, d - c
+        along, down = b - a, d - c
+        return float(math.sqrt(abs(along[0] * down[1] - along[1] * down[0])) * 25.4)
 
 
 def apply(matrix: Array, points: Array) -> Array:

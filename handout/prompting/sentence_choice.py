@@ -9,11 +9,12 @@ Source: seed 000, §4.1, §6.2.1; what is written again: own method.
 
 from __future__ import annotations
 
+import string
 from collections import Counter
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,7 +27,6 @@ if TYPE_CHECKING:
 
     from handout.hand.scanned import ScannedHand
 
-Score = Literal["gain", "haines-2016"]
 _LETTERS = 32.0  # what a letter counts against a pair
 _DAMPED = 10  # words below which a sentence is held back
 
@@ -101,13 +101,10 @@ class SentenceChooser:
         To choose from.
     target : Frequencies
         Of the text that will be wanted.
-    score : {"gain", "haines-2016"}
-        The gain per word, or the cost as it is printed (negated), which prefers the shortest sentences.
     """
 
     sentences: Sequence[str]
     target: Frequencies
-    score: Score = "gain"
     letters: CountTable = field(init=False)
     pairs: CountTable = field(init=False)
     words: Array = field(init=False)
@@ -125,10 +122,7 @@ class SentenceChooser:
 
     def scores(self) -> Array:
         """(n,) float: of every sentence, the higher the better; −∞ for those taken."""
-        if self.score == "gain":
-            scores = gain(self.letters, self.pairs, self.words, self._letters_taken, self._pairs_taken)
-        else:
-            scores = -cost_haines_2016(self.letters, self.pairs, self._letters_taken, self._pairs_taken)
+        scores = gain(self.letters, self.pairs, self.words, self._letters_taken, self._pairs_taken)
         return np.where(self.free, scores, -np.inf)
 
     def best(self) -> NDArray[np.intp]:
@@ -159,21 +153,9 @@ def gain(letters: CountTable, pairs: CountTable, words: Array, letters_taken: Ar
     return np.asarray(total / words * damping)
 
 
-def cost_haines_2016(letters: CountTable, pairs: CountTable, letters_taken: Array, pairs_taken: Array) -> Array:
-    """The cost of each sentence as it is printed, (n,) float: ``Σ (1 + F²) / Pr + ω Σ (1 + F²) / Pr``, ω = 1/32.
-
-    Here a letter that is wanted often costs little and every letter costs something, so the least total belongs to
-    the shortest sentence. For comparison only.
-
-    Source: seed 000, §4.1 (Haines, Mac Aodha, Brostow 2016).
-    """
-    single = letters.counts @ ((1 + letters_taken**2) / letters.frequency)
-    return np.asarray(single + pairs.counts @ ((1 + pairs_taken**2) / pairs.frequency) / _LETTERS)
-
-
-def pangrams(sentences: Sequence[str], alphabet: str = "abcdefghijklmnopqrstuvwxyz") -> list[int]:
+def pangrams(sentences: Sequence[str]) -> list[int]:
     """Indices of the sentences that have every letter of the alphabet, large or small."""
-    every = frozenset(alphabet)
+    every = frozenset(string.ascii_lowercase)
     return [i for i, sentence in enumerate(sentences) if every.issubset(sentence.lower())]
 
 

@@ -30,11 +30,6 @@ class DetectedSheet:
     layout: SheetLayout
 
     @property
-    def lines(self) -> tuple[str, ...]:
-        """The text that was to be copied, line by line."""
-        return self.record.lines
-
-    @property
     def transcript(self) -> str:
         """The same as one text."""
         return "\n".join(self.record.lines)
@@ -43,11 +38,6 @@ class DetectedSheet:
     def page(self) -> Page:
         """The paper, mm."""
         return self.layout.page
-
-    @property
-    def baselines(self) -> Array:
-        """(lines,) mm from the upper edge: the ruled lines that have text, in order."""
-        return self.layout.baselines[: len(self.record.lines)]
 
     @property
     def masks(self) -> Array:
@@ -63,11 +53,6 @@ class DetectedSheet:
     def dpi(self) -> float:
         """Pixels an inch of the sheet; `rectify` at this loses and adds nothing."""
         return self.registration.dpi
-
-    @property
-    def turn(self) -> float:
-        """rad by which the sheet lies turned in the picture, clockwise."""
-        return self.registration.turn
 
 
 def find_sheet(image: NDArray[np.uint8]) -> DetectedSheet | None:
@@ -148,8 +133,8 @@ def rectify(
     return np.asarray(warped, dtype=np.uint8)
 
 
-def printed_on(sheet: DetectedSheet, dpi: float, *, words: bool = False) -> NDArray[np.bool_]:
-    """Where the rectified page holds print: True in the marks, codes and label, and with `words` in the words' bands.
+def printed_on(sheet: DetectedSheet, dpi: float) -> NDArray[np.bool_]:
+    """Where the rectified page holds print: True in the marks, codes and label.
 
     Parameters
     ----------
@@ -163,7 +148,6 @@ def printed_on(sheet: DetectedSheet, dpi: float, *, words: bool = False) -> NDAr
     """
     pixel = 25.4 / dpi
     mask = np.zeros((round(sheet.page.height / pixel), round(sheet.page.width / pixel)), dtype=bool)
-    boxes = np.vstack([sheet.masks, sheet.bands]) if words else sheet.masks
-    for left, top, right, bottom in np.rint(boxes / pixel).astype(int).tolist():
+    for left, top, right, bottom in np.rint(sheet.masks / pixel).astype(int).tolist():
         mask[max(top, 0) : bottom, max(left, 0) : right] = True
     return mask

@@ -9,7 +9,7 @@ step of the pipeline can call its own:
 - of the text lines: `check_writing_size`; of what is too pale for ink: `check_pale_marks`, which only tells of it
 
 Two checks look at the whole picture and stand by themselves, in `page_layout`: a sheet photographed at an angle and two
-columns side by side.  Checks that need the transcript are in `tagging`: `orientation` and `page_sources`.
+columns side by side.  Checks that need the transcript are in `tagging.page_sources`.
 """
 
 from __future__ import annotations

@@ -70,19 +70,6 @@ def drawn_page(path: Path, page: int | None, dpi: float, content: bytes | None =
         return _render_page(document[page_index(len(document), page, path)], path, dpi)
 
 
-def size_of_pdf(path: Path, page: int = 1) -> tuple[float, float]:
-    """Width and height of a page as it is shown, mm.
-
-    Raises
-    ------
-    InputError
-        As `page_of_pdf`.
-    """
-    with _open_pdf(path) as document:
-        width, height = document[page_index(len(document), page, path)].get_size()
-    return width * 25.4 / 72, height * 25.4 / 72
-
-
 def _render_page(sheet: Any, path: Path, dpi: float) -> NDArray[np.uint8]:
     width, height = sheet.get_size()  # points
     refuse_large(round(width / 72 * dpi), round(height / 72 * dpi), path)

@@ -13,7 +13,7 @@ from handout.calibrating.pages import chart_pages
 from handout.calibrating.wizard import CalibrationTask, Step, Wizard
 from handout.colour import table
 from handout.colour.chart import chart
-from handout.colour.patches import Patches
+from handout.colour.models.forward import Patches
 from handout.colour.reading import read_scans
 from handout.simulated import print_and_scan as loop
 from handout.simulated.printer import Inkjet

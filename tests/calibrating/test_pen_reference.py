@@ -111,7 +111,7 @@ def test_one_figure_on_ink_out_of_reach(stored):
     assert made.facts()["out_of_reach"] == round(made_strip.out, 4) and made.facts()["lost"] == round(
         made_strip.lost, 2
     )
-    from handout.colour.gamut import tell_loss
+    from handout.colour.table import tell_loss
 
     assert tell_loss(made_strip.out, made_strip.lost, made_strip.whose) in made.tell_reach()
 

@@ -9,7 +9,7 @@ from PIL import Image
 
 from handout.calibrating import ink_samples, store, strip, verification
 from handout.colour import conversions
-from handout.colour.interpolation import look_up
+from handout.colour.models.forward import look_up
 from handout.colour.reading import ChartScan, ScanRefused
 from handout.errors import InputError
 from handout.simulated.printer import Inkjet

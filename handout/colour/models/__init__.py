@@ -15,9 +15,8 @@ import numpy as np
 
 from handout.colour import METHODS, conversions
 from handout.colour.models import inverse, splines
-from handout.colour.models.forward import Forward, fit_forward, lattice, measure_misses
+from handout.colour.models.forward import Forward, Patches, fit_forward, lattice, measure_misses
 from handout.colour.models.inverse import optimised_nodes
-from handout.colour.patches import Patches
 from handout.errors import InputError
 from handout.values import Array
 

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout import atomic
-from handout.colour.pen_lines import density_of, strokes_in
+from handout.colour.ink_match import density_of, strokes_in
 from handout.colour.reading.patch_means import Shading
 from handout.colour.reading.registration import ChartPlacement
 from handout.colour.reading.scan_files import ChartScan

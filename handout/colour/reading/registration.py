@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 
 from handout import markers
 from handout.colour.chart import CELLS, MARKS, Chart, ChartPage, dictionary, page_of_marks, whole
-from handout.colour.reading.findings import ScanRefused, make_refusal
-from handout.colour.reading.scan_files import ChartScan
+from handout.colour.reading.scan_files import ChartScan, ScanRefused, make_refusal
 from handout.values import Array, readonly, readonly_indices
 
 _SEARCHED = 1400.0  # pixels, long side of the picture in which marks are looked for first
