@@ -76,8 +76,8 @@ def add_page(hand: ScannedHand, specimens: Sequence[Specimen]) -> ScannedHand:
     baselines = np.array([[row / like.pixel - 0.5, 0.0, 0.0, 0.0, 1.0] for row in rows])
     height, width = pixels.shape[:2]
     sheet = ScannedPage(
-        "put together", "", like.dpi, (height, width), graph, baselines, like.pitch, like.x_height, like.slant, like.pen,
-        Texture((0, 0), (height, width), lambda: pixels), like.paper,
+        "put together", "", like.dpi, (height, width), graph, baselines, like.pitch, like.x_height, like.slant,
+        like.pen, Texture((0, 0), (height, width), lambda: pixels), like.paper,
     )  # fmt: skip
     starts = iter(first)
     glyphs = list(hand.glyphs)
