@@ -11,7 +11,7 @@ import difflib
 import json
 import os
 import re
-from collections.abc import Callable, Iterator, Mapping, MutableMapping, Sequence
+from collections.abc import Iterator, Mapping, MutableMapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TypeGuard
@@ -25,8 +25,6 @@ from handout.tables import parse_table
 
 PROJECT = "handout.toml"
 Value = str | int | float | bool | list[str | int | float]
-Option = Callable[[Callable[..., object]], Callable[..., object]]
-Verb = Callable[..., object]
 SHARED: set[str] = set()  # what options are called that a bare key of the configuration sets
 JOB_WORDS = ("jobs", "show", "forget")  # of `plot`, with which kept plots are asked about
 _OF_TABLES = ("letter", "with_envelopes", "columns")  # parameters that make a plot one of a table's rows
@@ -66,19 +64,6 @@ def _is_typed(context: click.Context, name: str) -> bool:
     """Whether an option is typed, and not to turn a switch off."""
     typed = context.get_parameter_source(name) is ParameterSource.COMMANDLINE
     return typed and context.params.get(name) is not False
-
-
-def shared(*names: str, unless: Sequence[str] = (), **settings: object) -> Option:
-    """`click.option` of a `SharedOption` option."""
-    SHARED.add(names[0].removeprefix("--"))
-    option = click.option(*names, cls=SharedOption, **settings)
-
-    def decorate(verb: Verb) -> Verb:
-        result: Verb = option(verb)
-        vars(result)["__click_params__"][-1].unless = unless
-        return result
-
-    return decorate
 
 
 _META = "handout.configured"  # in `Context.meta`: (verb, parameter) → Setting
