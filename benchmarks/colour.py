@@ -20,7 +20,7 @@ from handout.colour import METHODS, conversions
 from handout.colour.chart import chart as calibration_chart
 from handout.colour.chart_files import render
 from handout.colour.models import fit, splines
-from handout.colour.patches import Patches
+from handout.colour.models.forward import Patches
 from handout.colour.reading import read_scans
 from handout.colour.reading.scan_files import ChartScan
 from handout.colour.table import ColourTable, apply, build

@@ -12,18 +12,17 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from handout.calibrating.ink_samples import lay_on
+from handout.calibrating.calibrated_ink import lay_on
 from handout.calibrating.pen_reference import at_dpi
-from handout.colour import conversions, gamut
+from handout.colour import conversions
 from handout.colour.chart import chart
 from handout.colour.chart_files import render
-from handout.colour.ink_match import match
+from handout.colour.ink_match import density_of, match
 from handout.colour.models import fit
-from handout.colour.patches import Patches
-from handout.colour.pen_lines import density_of
+from handout.colour.models.forward import Patches
 from handout.colour.reading import ChartScan, read_scans
 from handout.colour.reading.pen_field import Scribble
-from handout.colour.table import ColourTable, apply, build
+from handout.colour.table import SEEN, ColourTable, apply, build, reach
 from handout.hand.library import find
 from handout.inking import pens
 from handout.inking.pen import rgb, usual
@@ -149,7 +148,7 @@ def judged(name: str, ink: Ink, scribble: Scribble, colours: ColourTable, papers
     rgba = np.hstack([np.clip((seen - clear * white) / np.maximum(1 - clear, 1e-3), 0, 1), 1 - clear])
     outs = [Raster(part[None].astype(np.float32), DPI) for part in (rgba, found.inks(rgba))]
     wanted = np.clip(lay_on(np.asarray(outs[1].rgba[0], dtype=np.float64), np.asarray(colours.paper)), 0, 1)
-    reached = gamut.reach(wanted, colours).lost < gamut.SEEN
+    reached = reach(wanted, colours).lost < SEEN
     printed = []
     for out in outs:
         sent = apply(out, colours).rgba[0].astype(np.float64)

@@ -20,10 +20,10 @@ from handout.calibrating import store, verification
 from handout.calibrating.pen_reference import FrameReference
 from handout.calibrating.store import Calibration
 from handout.calibrating.wizard import ScansRefused, Step, Wizard
-from handout.colour.pen_lines import strokes_in
+from handout.colour.ink_match import strokes_in
 from handout.colour.reading import ChartReading, ScanFinding, Scribble, open_scans
-from handout.colour.reading.findings import ScanRefused
 from handout.colour.reading.patch_means import sample_grid
+from handout.colour.reading.scan_files import ScanRefused
 from handout.colour.report import grid_on
 from handout.errors import InputError
 from handout.pipeline import calibrating

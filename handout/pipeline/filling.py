@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from handout import atomic, units
 from handout.errors import InputError, MissingCharacters
 from handout.pdf_forms import answers as answering
-from handout.pdf_forms import filled, printed_rules
+from handout.pdf_forms import entries, filled
 from handout.pdf_forms.answers import Answers
 from handout.pdf_forms.entries import SETTINGS, FieldEntry, Filler, page_manuscript
 from handout.pdf_forms.fields import Box, Field, PdfForm, read_form
@@ -159,10 +159,10 @@ class _Work:
 
         @lru_cache(maxsize=_PAGES_KEPT)
         def picture(page: int) -> NDArray[np.uint8]:
-            return self.picture(self.forms[0], page, printed_rules.DPI)
+            return self.picture(self.forms[0], page, entries.DPI)
 
         def rules(page: int, box: Box) -> tuple[float, ...]:
-            return printed_rules.rules(picture(page), box)
+            return entries.rules(picture(page), box)
 
         self._filler = Filler(self.task.hand, layout.x_height, rules, layout.jitter)
 

@@ -207,8 +207,7 @@ def _transcript(name: str, data: bytes, listener: Listener) -> tuple[str, str]:
 
 def _open_recordings(inks: Sequence[str], texts: Sequence[tuple[str, str]], listener: Listener) -> list[PageSource]:
     """The pages of recorded pens."""
-    from handout.tagging.recorded_pages import font_specimen, page_source, recorded_pages
-    from handout.tagging.recording import RecordedPage
+    from handout.tagging.recorded_pages import RecordedPage, font_specimen, page_source, recorded_pages
 
     if texts and len(texts) != len(inks):
         raise InputError(

@@ -73,7 +73,7 @@ class Loop:
     def _write_sheet(self, sheet: SimulatedSheet, frame: tuple[float, float, float, float]) -> SimulatedSheet:
         """The sheet with a line of the hand's writing in the frame; its pages count as scans of a usual flatbed."""
         from handout.calibrating import pen_reference
-        from handout.colour.pen_lines import strokes_in
+        from handout.colour.ink_match import strokes_in
         from handout.hand.library import find
 
         hand = find(self.hand)
