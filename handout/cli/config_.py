@@ -163,10 +163,7 @@ def _plain(key: str) -> str:
 def _owners(key: str) -> tuple[str, list[tuple[str, click.Option]]]:
     """The key as it stands in files, and the options that it sets, with their verbs; never none.
 
-    Raises
-    ------
-    InputError
-        No option is called so.
+    Raises InputError: no option is called so.
     """
     name, found = _plain(key), []
     prefix, _, last = name.rpartition(".")
@@ -210,10 +207,7 @@ def _file(project: bool) -> Path:
 def _value(name: str, owners: Sequence[tuple[str, click.Option]], words: Sequence[str], file: Path) -> Value:
     """What is written to the file for the words of a value, checked by every option that it sets.
 
-    Raises
-    ------
-    InputError
-        No such value; the message says what it may be.
+    Raises InputError: no such value; the message says what it may be.
     """
     values = [_absolute(word, file) for word in words]
     single = [path for path, option in owners if not option.multiple]

@@ -80,8 +80,14 @@ def _read_parameter(parameter: Parameter, known: Values) -> tuple[list[click.Par
     name, usual, annotation = parameter.name, parameter.default, str(parameter.annotation)
     kind = known.get(annotation)
     if kind is Console:
+
+        def open_console(values: Values) -> Console:
+            terminal = Console(bool(values.pop("as_json")), bool(values.pop("quiet")))
+            terminal.note(*configuration.sentences(click.get_current_context()))  # what it takes from a configuration
+            return terminal
+
         switches = (("as_json", JSON), ("quiet", _QUIET))
-        return [_option(one, False, declared.metadata["option"]) for one, declared in switches], _open_console
+        return [_option(one, False, declared.metadata["option"]) for one, declared in switches], open_console
     if isinstance(kind, type) and is_dataclass(kind):
         usual = kind() if usual is Parameter.empty else usual
         asked: Bundle = usual if isinstance(usual, Bundle) else bundle(usual)
@@ -97,13 +103,6 @@ def _read_parameter(parameter: Parameter, known: Values) -> tuple[list[click.Par
     required, several = what.required or not (what.repeated or "None" in annotation), -1 if what.repeated else 1
     place = make([name], required=required, nargs=several, metavar=what.metavar, type=_kind(what, None))
     return [place], lambda values: values.pop(name)
-
-
-def _open_console(values: Values) -> Console:
-    """The terminal, which first says what the verb takes from a configuration."""
-    terminal = Console(bool(values.pop("as_json")), bool(values.pop("quiet")))
-    terminal.note(*configuration.sentences(click.get_current_context()))
-    return terminal
 
 
 def list_options(asked: Bundle) -> Iterator[click.Option]:

@@ -69,10 +69,7 @@ _ROWS = "Rows by their numbers in the file, the header is 1: 3-7,9 or 7-."
 def slip_rate(text: str) -> float:
     """Slips in 100 words: a number of them, or "usual".
 
-    Raises
-    ------
-    InputError
-        No number, or one outside 0 to 100.
+    Raises InputError: no number, or one outside 0 to 100.
     """
     from handout.writing.slips import USUAL, check_rate
 
@@ -255,11 +252,8 @@ class PictureOptions:
 
         styled : whether strokes are moved anew by a style, which brings its own widths: an even ink is the usual one.
 
-        Raises
-        ------
-        InputError
-            A pen, a colour or a paper that there is not, both a paper and --transparent, or a style and a pen whose
-            scanned ink cannot be moved anew.
+        Raises InputError: a pen, a colour or a paper that there is not, both a paper and --transparent, or a style and
+        a pen whose scanned ink cannot be moved anew.
         """
         from handout.inking import papers, pen
         from handout.sinks import Look
