@@ -1,5 +1,4 @@
-"""Ways to a printer: a queue of CUPS through its commands ``lp`` and ``lpstat``, IPP, a folder, or a simulated queue."""
-simulated."""
+"""Ways to a printer: a queue of CUPS through its commands ``lp`` and ``lpstat``, IPP, a folder, or a simulated one."""
 
 from __future__ import annotations
 
