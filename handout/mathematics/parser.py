@@ -461,9 +461,9 @@ class _Reader:
         self._deeper(1, token.at)
         parts = [self._row()]
         while self._is("middle", command=True):
-            self.place += 1
+            middle = self._take(r"\middle")
             if self._bracket(r"the bar behind \middle") != "|":
-                raise WrongFormula(r"\middle is known of | alone", token.at)
+                raise WrongFormula(r"\middle is known of | alone", middle.at)
             parts.append(self._row())
         if not self._is("right", command=True):
             raise WrongFormula(r"\left is not closed by \right", token.at)
