@@ -42,7 +42,7 @@ class LayoutSettings:
     inline : size of the parts of a fraction in a line of text, or within another; displayed : on a line of its own.
     near : between letters; binary, relation, after : around and behind signs of these kinds.
     clear : between a rule and what it parts, and between brackets and what they hold.
-    beside : room behind an index and a lower limit, before what stands on the line.
+    beside : room behind an index, a lower limit and a fraction, before what stands on the line.
     sum_, integral : heights of these in a line, and displayed.
     """
 
@@ -146,8 +146,8 @@ def _kind(node: Node) -> str:
             return kind
         case Scripts(base=base):
             return _kind(base)
-        case Large():
-            return signs.LARGE
+        case Large(sign=sign):
+            return signs.RELATION if sign == "|" else signs.LARGE
         case Gap():
             return ""
     return signs.ORDINARY
@@ -278,7 +278,8 @@ class _Layout:
         below = below.move_by(0.5 * width - 0.5 * (below.left + below.right), axis - clear - below.top)
         if not node.ruled:
             return _join([above, below])
-        return _join([above, _drawn([draw_rule(0.0, width, axis, self.wander)]), below])
+        whole = _join([above, _drawn([draw_rule(0.0, width, axis, self.wander)]), below])
+        return replace(whole, right=whole.right + own.beside * size)
 
     def _root(self, node: Root, size: float, displayed: bool) -> Box:
         body = self.node(node.body, size, displayed)
@@ -301,7 +302,7 @@ class _Layout:
         drawn = isinstance(node.base, Large)
         if node.limits and (displayed or not drawn):
             return self._limits(base, lower, upper, size)
-        x, parts = base.right + 0.18 * size, [base]
+        x, parts = base.right + 0.24 * size, [base]
         if lower is not None:
             down = min(-0.52 * size, base.bottom + (0.1 if drawn else 0.2) * size)
             inset = 0.3 * base.width if isinstance(node.base, Large) and node.base.sign in "∫∮" else 0.0

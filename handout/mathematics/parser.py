@@ -219,7 +219,7 @@ class _Reader:
                 begin, opening = opened[match]
                 body, left, right = Row(tuple(items[begin + 1 :])), bracket(opening), bracket(token)
                 node = Fenced(left, (body,), right)
-                if not is_tall(body):  # the hand's own do
+                if not is_tall(body) and left != "|":  # the hand's own do; a bar that leans is a slash
                     ends = _leaf(opening, left, signs.OPENING), _leaf(token, right, signs.CLOSING)
                     node = Row((ends[0], *body.items, ends[1]))
                 del items[begin:], opened[match:]
@@ -303,6 +303,8 @@ class _Reader:
         for sign, count, limits in signs.LARGE_SIGNS.values():
             if token.text == sign and count == 1:
                 return Large(sign, 1, limits)
+        if token.text == "|":
+            return Large("|", 1, limits=False)
         if token.text in "([":
             return _leaf(token, token.text, signs.OPENING)
         if token.text in ")]":
@@ -342,7 +344,7 @@ class _Reader:
         if sign := bracket(token):
             if sign in _GROWING_ONLY:
                 return self._growing(token, sign)
-            return _leaf(token, sign, signs.RELATION if sign == "|" else signs.ORDINARY)
+            return Large("|", 1, limits=False) if sign == "|" else _leaf(token, sign, signs.ORDINARY)
         return self._construct(token)
 
     def _construct(self, token: _Token) -> Node:

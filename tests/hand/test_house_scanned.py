@@ -55,10 +55,10 @@ WORKED_OUT = {
     "heights 1": (291, 2.8687406, 1.4260052),
     "shape difference 1": (1, 0.012643444, 0.012643444),
     "misreadings 2": (291, 1.7478882, 2.3877145),
-    "manner 5": (3118, 1079.9970223, -24.5202207),
+    "manner 6": (3118, 1079.8414845, -6.1896802),
     "misread 2": (291, 0.0, 0.0),
     "inks 1": (293, 3560338.0, 1923659.8301),
-    "strokes by house-joined, house-quick, house-print 1": (2747, 2315.9034954, 890.0809524),
+    "strokes by house-joined, house-quick, house-print 2": (2747, 2315.9004728, 889.9803318),
 }
 
 
