@@ -28,7 +28,7 @@ from handout.page_sizes import page
 from handout.prompting import corpus
 from handout.scanning.written_page import WrittenPage
 from handout.tagging.page_tagging import TaggedPage, hand_of_pages, tag_labelled_page
-from handout.tagging.synthetic_writers import built_in_hands, random_writer, texts
+from handout.tagging.synthetic_lines import built_in_hands, random_writer, texts
 from handout.values import Array, Indices
 from handout.writing.layout import Layout
 from handout_lab.author import ground_truth_score, page_score

@@ -7,6 +7,7 @@ from handout.alphabet import LETTERS, THIRDS
 from handout.errors import InputError
 from handout.tagging import network
 from handout.tagging.line_space import COUNT
+from handout_lab.training.letter_networks import start_network
 
 STATES = len(LETTERS) * THIRDS
 WIDTHS = np.full(len(LETTERS), 0.8, np.float32)
@@ -25,7 +26,7 @@ def toy(rng, n=900, kinds=6):
 def learned():
     rng = np.random.default_rng(3)
     columns = toy(rng)
-    start = network.start_network(columns, WIDTHS, 24, rng)
+    start = start_network(columns, WIDTHS, 24, rng)
     return start, network.train_network(start, columns, epochs=14, rate=3e-3, rng=rng)
 
 
