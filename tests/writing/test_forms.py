@@ -63,3 +63,14 @@ def test_what_two_ways_share_is_the_letter_s():
     assert _clear(path, [np.array([20, 0, 1, 2])], [np.array([9, 8, 30])]).tolist() == [2, 3, 4, 5, 6, 7, 8]
     assert _clear(path, [np.array([0])], [np.array([9])]).tolist() == path.tolist()
     assert len(_clear(path, [path], [path])) == 2
+
+
+def test_a_letter_without_a_dot_is_written_without_the_dot_of_another(small_hand):
+    dots = [n for n in small_hand.numbers_of_letter("i").tolist() if len(_written_ink(small_hand, n, "n")) > 0]
+    assert dots, "no i of the hand has a dot that is far from it"
+    for number in dots:
+        page, glyph = small_hand.pages[small_hand.glyphs[number].page], small_hand.glyphs[number]
+        lost = np.setdiff1d(glyph.vertices, _written_ink(small_hand, number, "n"))
+        height = page.base(glyph.line, page.graph.uv[lost, 0]) - page.graph.uv[lost, 1]
+        assert len(_written_ink(small_hand, number, "i")) == len(glyph.vertices) > len(lost)
+        assert (height > page.x_height / page.pixel).all()
