@@ -201,7 +201,7 @@ _UNDOTTED = LOWERCASE - DOTTED
 def _undotted(hand: ScannedHand, glyph: ScannedGlyph) -> Indices:
     """(n,): the vertices of a glyph without a dot or an apostrophe that another letter has lost to it.
 
-    Of 5,500 glyphs of sixteen people (csafe, cvl) six have one, two of them of three f that write every f of a hand.
+    Of 5,500 glyphs of sixteen people (csafe, cvl) five have one, two of the three f of one of them among these.
     """
     page, vertices = hand.pages[glyph.page], glyph.vertices
     pieces = page.graph.components[vertices] if glyph.letter in _UNDOTTED and len(vertices) else np.zeros(1)

@@ -1,11 +1,12 @@
 """Glyphs off their pages: nothing of the line is lost, and ways begin and end where the pen went."""
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 import pytest
 
-from handout.writing.forms import _clear
+from handout.writing.forms import _clear, _undotted
 
 
 @pytest.mark.slow
@@ -66,11 +67,13 @@ def test_what_two_ways_share_is_the_letter_s():
 
 
 def test_a_letter_without_a_dot_is_written_without_the_dot_of_another(small_hand):
-    dots = [n for n in small_hand.numbers_of_letter("i").tolist() if len(_written_ink(small_hand, n, "n")) > 0]
-    assert dots, "no i of the hand has a dot that is far from it"
-    for number in dots:
-        page, glyph = small_hand.pages[small_hand.glyphs[number].page], small_hand.glyphs[number]
-        lost = np.setdiff1d(glyph.vertices, _written_ink(small_hand, number, "n"))
+    found = 0
+    for number in small_hand.numbers_of_letter("i").tolist():
+        glyph = small_hand.glyphs[number]
+        page = small_hand.pages[glyph.page]
+        assert np.array_equal(_undotted(small_hand, glyph), glyph.vertices)
+        lost = np.setdiff1d(glyph.vertices, _undotted(small_hand, replace(glyph, letter="n")))
         height = page.base(glyph.line, page.graph.uv[lost, 0]) - page.graph.uv[lost, 1]
-        assert len(_written_ink(small_hand, number, "i")) == len(glyph.vertices) > len(lost)
-        assert (height > page.x_height / page.pixel).all()
+        assert len(lost) < len(glyph.vertices) and (height > page.x_height / page.pixel).all()
+        found += len(lost) > 0
+    assert found
