@@ -18,8 +18,16 @@ MISSING = "The studio needs two packages more: pip install 'handout-driver[web]'
 @click.option("--port", type=click.IntRange(1, 65535), help="Where it listens; default: 7217, or any that is free.")
 @click.option("--no-browser", is_flag=True, help="Print the link and open nothing.")
 @click.option("--key-file", type=click.Path(path_type=Path), help="Keep a key for programs in this file meanwhile.")
+@click.option("--webhook-host", "hosts", multiple=True, help="A host that webhooks may lead to, beside this computer.")
 @click.option("--json", "as_json", is_flag=True, help="Print the link as one JSON object.")
-def command(files: tuple[str, ...], port: int | None, no_browser: bool, key_file: Path | None, as_json: bool) -> None:
+def command(
+    files: tuple[str, ...],
+    port: int | None,
+    no_browser: bool,
+    key_file: Path | None,
+    hosts: tuple[str, ...],
+    as_json: bool,
+) -> None:
     """Open the studio in the browser: write, make hands, correct their letters, bend styles.
 
     FILES are .hand files, and .toml and .style files of handstyles, to have there. It listens on this computer alone,
@@ -29,11 +37,17 @@ def command(files: tuple[str, ...], port: int | None, no_browser: bool, key_file
     handout studio
     handout studio me.hand --port 8000 --no-browser
     """
-    open_studio(files, "", port, not no_browser, as_json, key_file)
+    open_studio(files, "", port, not no_browser, as_json, key_file, hosts)
 
 
 def open_studio(
-    names: tuple[str, ...], start: str, port: int | None, browser: bool, as_json: bool, key_file: Path | None = None
+    names: tuple[str, ...],
+    start: str,
+    port: int | None,
+    browser: bool,
+    as_json: bool,
+    key_file: Path | None = None,
+    hosts: tuple[str, ...] = (),
 ) -> None:
     """Serve the studio with some files of hands and styles, at a page of it, until Ctrl-C; a .toml may be new."""
     files = {Path(name): Path(name).resolve() for name in names}
@@ -55,4 +69,4 @@ def open_studio(
 
     hands = {path.stem: path for path in files.values() if path.suffix == ".hand"}
     styles = {path.stem: path for path in files.values() if path.suffix != ".hand"}
-    serve(hands, start, port, key_file, show_link, styles)
+    serve(hands, start, port, key_file, show_link, styles, hosts)
