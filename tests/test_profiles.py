@@ -12,9 +12,8 @@ import pytest
 from handout import page_sizes, profiles, shipped
 from handout.errors import ProfileError
 from handout.inking.device_pixels import DevicePixels
-from handout.plotting import fit_to_bed, open_port, plan, run
+from handout.plotting import fit_to_bed, observation, open_port, plan, run
 from handout.plotting.dialects import dialect
-from handout.plotting.driving import fidelity
 from handout.printing import media, printers
 from handout.simulated import print_and_scan
 from handout.simulated.printer import Inkjet
@@ -45,13 +44,13 @@ def test_plotter_runs_through_the_simulated_device(path):
     port = open_port("sim:", profile)
     said = []
     report = run(made, port, profile, log=said.append)
-    found = fidelity.compare(drawing, port.executed_drawing())
+    found = observation.compare_strokes(drawing, port.executed_drawing())
     assert report.executed_s == pytest.approx(made.duration, rel=0.05)
     assert found.deviation < 0.1
     # HP-GL has no times within a stroke, which its plan admits; of a slow machine it is told what it will do
     timeless = profile.dialect == "hpgl"
     assert found.correlation > 0.98 or timeless or profile.limits.acceleration <= 1000
-    assert timeless or fidelity.compare(made.predicted_drawing(), port.executed_drawing()).correlation > 0.98
+    assert timeless or observation.compare_strokes(made.predicted_drawing(), port.executed_drawing()).correlation > 0.98
     assert port.lost_bytes == 0 and not port.pen_is_down and port.at_rest
     turned = ["The page is turned to fit the bed: its top edge lies to the left."] if made.placement.turned else []
     homed = ["Homing: the plotter looks for its zero."] if profile.homing and not timeless else []

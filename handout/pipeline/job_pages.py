@@ -26,9 +26,8 @@ from handout.pipeline.texts import STROKES, TextDocument, WritingTask, draw, pre
 from handout.pipeline.writing import Document
 from handout.plotting import fit_to_bed
 from handout.plotting.jobs import pages, store
-from handout.plotting.jobs.job import PlotJob, load
-from handout.plotting.jobs.page_producer import ProducerProcess
-from handout.plotting.jobs.pages import NewPage
+from handout.plotting.jobs.pages import NewPage, ProducerProcess
+from handout.plotting.jobs.store import PlotJob, load
 from handout.profiles import Plotter
 from handout.values import Drawing, Manuscript
 from handout.writing.layout import Ruling

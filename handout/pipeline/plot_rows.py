@@ -39,9 +39,9 @@ from handout.pipeline.printing import BatchDelivery, make_all, rows_told
 from handout.pipeline.results import SILENT, Attendant
 from handout.pipeline.texts import STROKES
 from handout.plotting import bed
-from handout.plotting.driving.driver import PlotReport, connect
+from handout.plotting.driver import PlotReport, connect
 from handout.plotting.jobs import store
-from handout.plotting.jobs.job import JobOptions
+from handout.plotting.jobs.store import JobOptions
 from handout.plotting.planning.plan import Plan
 from handout.plotting.ports import Port
 from handout.printing.journal import BACK, ENVELOPE, Piece

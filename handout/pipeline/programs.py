@@ -90,8 +90,8 @@ def apply_hooks(profile: Plotter, options: HookOptions) -> Plotter:
 
     from handout import profiles
     from handout.pipeline.options import millimetres
+    from handout.plotting.pen_heights import replace_heights
     from handout.plotting.planning.hooking import check
-    from handout.plotting.setup.pen_heights import replace_heights
 
     given = {
         name: tuple(filter(None, map(str.strip, text.split(";"))))

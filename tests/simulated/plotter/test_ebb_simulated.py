@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 from handout import profiles
 from handout.plotting import open_port, plan
+from handout.plotting.dialects import Timed
 from handout.plotting.dialects.ebb import DIALECT as ebb
-from handout.plotting.planning.blocks import Timed
 from handout.simulated.plotter import ebb_engine
 
 PROFILE = profiles.find("axidraw-v3", "plotter")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from handout.plotting.dialect import Dialect, PenValues, Question
+from handout.plotting.dialects import Dialect, PenValues, Question
 from handout.plotting.dialects.ebb.controller import EbbController
 from handout.plotting.dialects.ebb.protocol import program, set_pen
 from handout.plotting.planning.plan import Plan

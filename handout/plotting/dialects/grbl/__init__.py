@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from handout.plotting.dialect import Dialect, PenValues, Question
+from handout.plotting.dialects import Dialect, PenValues, Question
 from handout.plotting.dialects.gcode import header
 from handout.plotting.dialects.grbl.controller import GrblController
 from handout.plotting.dialects.grbl.protocol import program, set_pen

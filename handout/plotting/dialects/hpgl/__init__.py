@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 
 from handout.plotting import pen_lift
-from handout.plotting.dialect import Dialect, Question
+from handout.plotting.dialects import Dialect, Question
 from handout.plotting.dialects.hpgl.controller import HpglController
 from handout.plotting.dialects.hpgl.protocol import program
 from handout.plotting.planning.plan import Plan

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 
-from handout.plotting.dialect import Dialect, PenValues, Question
+from handout.plotting.dialects import Dialect, PenValues, Question
 from handout.plotting.dialects.gcode import header
 from handout.plotting.dialects.klipper.controller import KlipperController
 from handout.plotting.dialects.klipper.protocol import PEAKS, homing, program, request, set_pen

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from handout.plotting.dialect import Dialect, PenValues, Question
+from handout.plotting.dialects import Dialect, PenValues, Question
 from handout.plotting.dialects.gcode import header
 from handout.plotting.dialects.marlin.controller import MarlinController
 from handout.plotting.dialects.marlin.protocol import homing, program, set_pen

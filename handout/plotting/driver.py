@@ -14,11 +14,9 @@ import numpy as np
 from handout import signals
 from handout.errors import DeviceError, DeviceGarbled
 from handout.plotting import bed
-from handout.plotting.dialect import Controller, StateReport
-from handout.plotting.dialects import dialect
-from handout.plotting.driving import fidelity
-from handout.plotting.driving.observation import Observation, Observer
-from handout.plotting.driving.overlap import OVERLAP, OverlapGuard, Secure
+from handout.plotting.dialects import Controller, StateReport, dialect
+from handout.plotting.observation import Observation, Observer, measure_stretch
+from handout.plotting.overlap import OVERLAP, OverlapGuard, Secure
 from handout.plotting.planning import hooking
 from handout.plotting.planning.plan import Plan
 from handout.plotting.planning.planner import plan as replan
@@ -305,7 +303,7 @@ def _report(stream: _CommandStream, instrumented: InstrumentedPort | None, befor
     if instrumented is not None:
         executed_s = instrumented.executed_s - (0.0 if fresh else before)
         if fresh:
-            stretched = fidelity.measure_stretch(
+            stretched = measure_stretch(
                 plan.intended_drawing(), hooking.without_pots(instrumented.executed_drawing(), plan.profile)
             )
     else:

@@ -1,9 +1,12 @@
-"""Works out from a machine's answers what it did with a plan: when it was where, and where the pen rested.
+"""How faithfully strokes were executed, and what a machine did with a plan, worked out from its answers.
 
-Each answer has come in between two moments: when this computer had listened last before, and when it was heard (its
-clock, s).  It says between which two of the plan's times the machine was.  So the machine's delay on its plan is known
-between two bounds, which are far apart where this computer was late.  A machine is never faster than its plan: its
-delay does not shrink, and a later answer's upper bound holds for all before it.
+Two drawings are compared stroke by stroke, in their paths, speeds and time; strokes that go nowhere (dots) only count
+for their place.
+
+Each answer of a machine has come in between two moments: when this computer had listened last before, and when it was
+heard (its clock, s). It says between which two of the plan's times the machine was. So the machine's delay on its
+plan is known between two bounds, which are far apart where this computer was late. A machine is never faster than its
+plan: its delay does not shrink, and a later answer's upper bound holds for all before it.
 
 Time was lost only where the bounds leave no other way: the delay is taken to grow no more and no sooner than it must.
 That is a rest if it grows much at once, slow going if it grows a little everywhere.  How far the upper bound is above
@@ -22,10 +25,189 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from handout.plotting.dialect import Command
-from handout.plotting.driving import fidelity
+from handout.plotting.dialects import Command
 from handout.plotting.planning.plan import Plan
-from handout.values import Array, Drawing
+from handout.values import Array, Drawing, Stroke
+
+_HALF = 0.005  # s; speeds are means over a hundredth of a second
+_PATH_STEP = 0.02  # mm between points at which paths are compared
+_LOOK = 0.6  # mm along the path within which the same place is looked for
+_NEIGHBOURS = 25  # places over which the shift along the path is averaged
+_LAGS = np.arange(-0.05, 0.0501, 0.0025)  # s
+
+
+@dataclass(frozen=True)
+class Fidelity:
+    """Executed against intended.
+
+    deviation : mm, greatest distance between the paths, either way.
+    correlation, rms : of the speeds at the same places of the path; rms as a share of the greatest intended speed.
+    timed, timed_rms : of the speeds at the same times, after the one shift of the clock that suits all strokes best.
+    stretched : time the strokes took over the time they were meant to take.
+    """
+
+    deviation: float
+    correlation: float
+    rms: float
+    timed: float
+    timed_rms: float
+    stretched: float
+
+
+def compare_strokes(intended: Drawing, executed: Drawing) -> Fidelity:
+    """Compare two drawings of the same strokes in the same order.
+
+    Raises
+    ------
+    ValueError
+        They have not the same number of strokes, or none of them moves.
+    """
+    pairs = list(zip(intended.strokes, executed.strokes, strict=True))
+    moving = [pair for pair in pairs if has_speed(*pair)]
+    if not moving:
+        raise ValueError("no stroke of the drawing moves")
+    places = [_speeds_in_place(a, b) for a, b in moving]
+    want, have = (np.concatenate(column) for column in zip(*places, strict=True))
+    deviation = max(deviation_of(a, b) for a, b in pairs)
+    return Fidelity(
+        deviation,
+        _correlation(want, have),
+        _rms(want, have),
+        *_compare_speeds(moving),
+        measure_stretch(intended, executed),
+    )
+
+
+def measure_timing(intended: Drawing, executed: Drawing) -> float | None:
+    """`Fidelity.timed` alone; None if no stroke is long enough to have a speed."""
+    moving = [pair for pair in zip(intended.strokes, executed.strokes, strict=True) if has_speed(*pair)]
+    return _compare_speeds(moving)[0] if moving else None
+
+
+def measure_stretch(intended: Drawing, executed: Drawing) -> float:
+    """Time the strokes took over the time they were meant to take; dots do not count."""
+    planned, executed_time = measure_times(intended, executed)
+    return executed_time / planned if planned > 0 else 1.0
+
+
+def measure_times(intended: Drawing, executed: Drawing) -> tuple[float, float]:
+    """Time the strokes were meant to take and took, s; dots do not count."""
+    pairs = [(a, b) for a, b in zip(intended.strokes, executed.strokes, strict=False) if goes_somewhere(a, b)]
+    return sum(float(a.t[-1] - a.t[0]) for a, _ in pairs), sum(float(b.t[-1] - b.t[0]) for _, b in pairs)
+
+
+def goes_somewhere(intended: Stroke, executed: Stroke) -> bool:
+    """Whether a stroke goes somewhere, as it was meant and as it was executed."""
+    return intended.length > 0 and executed.length > 0
+
+
+def has_speed(intended: Stroke, executed: Stroke) -> bool:
+    """Whether a stroke moves, and for long enough to have a speed."""
+    return goes_somewhere(intended, executed) and len(_grid(intended)) > 1
+
+
+def deviation_of(a: Stroke, b: Stroke) -> float:
+    """Greatest distance of a point of either path from the same stretch of the other, mm.
+
+    It is never less than the Hausdorff distance of the two paths.
+    """
+    return max(_measure_distance(a.xy, b.xy), _measure_distance(b.xy, a.xy))
+
+
+def _measure_distance(path: Array, other: Array) -> float:
+    """Greatest distance of a point on one path from the other path at about the same share of its length."""
+    points, at = _dense(path, 0.1)
+    along = along_path(other)
+    if along[-1] == 0.0:
+        return float(np.hypot(*(points - other[0]).T).max())
+    guess = at * (along[-1] / at[-1] if at[-1] > 0 else 0.0)
+    near = np.searchsorted(along, guess[:, None] + np.array([-_LOOK, _LOOK]))
+    width = int(np.diff(near).max()) + 1
+    index = np.clip(near[:, :1] - 1 + np.arange(width), 0, len(other) - 2)
+    # x and y by themselves: an axis of two is slow
+    (x, y), (way_x, way_y) = other[:-1].T, np.diff(other, axis=0).T
+    square = np.maximum(way_x * way_x + way_y * way_y, 1e-12)
+    off_x, off_y = points[:, :1] - x[index], points[:, 1:] - y[index]
+    way_x, way_y = way_x[index], way_y[index]
+    share = np.clip((off_x * way_x + off_y * way_y) / square[index], 0.0, 1.0)
+    off_x -= share * way_x
+    off_y -= share * way_y
+    return float(np.sqrt((off_x * off_x + off_y * off_y).min(axis=1)).max())
+
+
+def along_path(xy: Array) -> Array:
+    """(n,) mm: how far along its path each point of a stroke lies."""
+    return np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(xy, axis=0).T))])
+
+
+def _dense(xy: Array, step: float = _PATH_STEP) -> tuple[Array, Array]:
+    """Points every `step` mm along a path, corners included, and how far along they are."""
+    arc = along_path(xy)
+    at = np.union1d(arc, np.arange(0.0, arc[-1], step))
+    keep = np.append(True, np.diff(arc) > 0)
+    return np.stack([np.interp(at, arc[keep], xy[keep, axis]) for axis in (0, 1)], axis=1), at
+
+
+def _speed_at(t: Array, clock: Array, arc: Array) -> Array:
+    """Mean speed along the path around times t, mm/s."""
+    early, late = np.clip(t - _HALF, clock[0], clock[-1]), np.clip(t + _HALF, clock[0], clock[-1])
+    way = np.interp(late, clock, arc) - np.interp(early, clock, arc)
+    return np.asarray(way / np.maximum(late - early, 1e-9))
+
+
+def _grid(stroke: Stroke) -> Array:
+    return np.arange(stroke.t[0] + _HALF, stroke.t[-1] - _HALF / 2, _HALF)
+
+
+def _speeds_in_place(a: Stroke, b: Stroke) -> tuple[Array, Array]:
+    """Intended and executed speed where the pen was meant to be at equal steps of time."""
+    t, arc_a, arc_b = _grid(a), along_path(a.xy), along_path(b.xy)
+    xy = np.stack([np.interp(t, a.t, a.xy[:, axis]) for axis in (0, 1)], axis=1)
+    along = _match(xy, np.interp(t, a.t, arc_a) * arc_b[-1] / arc_a[-1], b.xy)
+    when = np.interp(along, arc_b, b.t)
+    return _speed_at(t, a.t, arc_a), _speed_at(when, b.t, arc_b)
+
+
+def _match(xy: Array, guess: Array, path: Array) -> Array:
+    """How far along the path the places are, looked for around a guess, in order.
+
+    Executed paths are a little shorter or longer than meant; that grows slowly along a stroke, so what is found for
+    single places, to within a step of the motors, is averaged over their neighbours.
+    """
+    points, at = _dense(path)
+    even = np.arange(0.0, at[-1] + _PATH_STEP, _PATH_STEP)
+    points = np.stack([np.interp(even, at, points[:, axis]) for axis in (0, 1)], axis=1)
+    reach = round(_LOOK / _PATH_STEP)
+    index = np.clip(np.rint(guess / _PATH_STEP).astype(int)[:, None] + np.arange(-reach, reach + 1), 0, len(even) - 1)
+    off = points[index] - xy[:, None]
+    cost = (off * off).sum(axis=2) + 1e-3 * (even[index] - guess[:, None]) ** 2
+    shift = even[index[np.arange(len(xy)), np.argmin(cost, axis=1)]] - guess
+    window = np.ones(min(_NEIGHBOURS, len(shift)))
+    mean = np.convolve(shift, window, "same") / np.convolve(np.ones(len(shift)), window, "same")
+    return np.asarray(np.maximum.accumulate(np.clip(guess + mean, 0.0, at[-1])))
+
+
+def _compare_speeds(moving: list[tuple[Stroke, Stroke]]) -> tuple[float, float]:
+    """Correlation and rms, as a share of the peak, of the speeds at the same times, at the best lag of all."""
+    wanted, executed = [], []  # at equal steps of time, (n,); at the same times and every lag, (n, lags)
+    for a, b in moving:
+        t = _grid(a)
+        wanted.append(_speed_at(t, a.t, along_path(a.xy)))
+        executed.append(_speed_at((t - a.t[0] + b.t[0])[:, None] + _LAGS, b.t, along_path(b.xy)))
+    want, lagged = np.concatenate(wanted), np.concatenate(executed)
+    best = int(np.argmin(((lagged - want[:, None]) ** 2).sum(axis=0)))
+    return _correlation(want, lagged[:, best]), _rms(want, lagged[:, best])
+
+
+def _rms(want: Array, have: Array) -> float:
+    return float(np.sqrt(np.mean((want - have) ** 2)) / want.max())
+
+
+def _correlation(a: Array, b: Array) -> float:
+    if len(a) < 2 or np.ptp(a) < 1e-9 or np.ptp(b) < 1e-9:
+        return 1.0
+    return float(np.corrcoef(a, b)[0, 1])
+
 
 REST = 0.02  # s; a shorter stop leaves no more ink than a sharp corner
 _USUAL = 25.0  # percentile of the time lost between two answers that is put down to slow going
@@ -158,14 +340,14 @@ class Observer:
         shortest = max(REST, _UNUSUAL * usual, unsure)
         rests = [rest for number, delay in delays.items() for rest in self._rests(number, *delay, shortest)]
         every, intended, executed = np.concatenate(apart), self.plan.intended_drawing(), self._drawing(delays)
-        correlation, other = (fidelity.measure_timing(intended, one) for one in (executed, self._drawing(bounds)))
+        correlation, other = (measure_timing(intended, one) for one in (executed, self._drawing(bounds)))
         return Observation(
             rests=tuple(rests),
             least_s=shortest,
             every_s=float(np.median(every)) if every.size else 0.0,
             correlation=correlation,
             least_correlation=None if correlation is None or other is None else min(correlation, other),
-            stretched=fidelity.measure_stretch(intended, executed),
+            stretched=measure_stretch(intended, executed),
             executed=executed,
         )
 

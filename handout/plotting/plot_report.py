@@ -10,9 +10,15 @@ from typing import Any
 import numpy as np
 
 from handout import atomic
-from handout.plotting.driving import fidelity
-from handout.plotting.driving.driver import PlotReport
-from handout.plotting.driving.observation import Observation
+from handout.plotting.driver import PlotReport
+from handout.plotting.observation import (
+    Observation,
+    along_path,
+    compare_strokes,
+    goes_somewhere,
+    has_speed,
+    measure_times,
+)
 from handout.plotting.planning import feed_segments, hooking
 from handout.plotting.planning.plan import Plan
 from handout.plotting.ports import InstrumentedPort, Port
@@ -59,7 +65,7 @@ def row(
     took = float(plan.motion.duration[plan.toolpath.draws].sum())
     if min_queue is None:
         min_queue = feed_segments.least_queue(plan)
-    intended_s, executed_s = fidelity.times(intended, done)
+    intended_s, executed_s = measure_times(intended, done)
     return {
         "page": page,
         "measured": executed is not None,
@@ -89,9 +95,9 @@ def _rests(observation: Observation | None) -> Row:
 
 def _likeness(intended: Drawing, executed: Drawing) -> Row:
     """How alike two drawings of the same strokes are; all None if nothing in them moves."""
-    if not any(fidelity.comparable(*pair) for pair in _pairs(intended, executed)):
+    if not any(has_speed(*pair) for pair in _pairs(intended, executed)):
         return {"correlation": None, "rms_of_peak": None, "in_place": None, "deviation_mm": None}
-    likeness = fidelity.compare(intended, executed)
+    likeness = compare_strokes(intended, executed)
     return {
         "correlation": round(likeness.timed, 5),
         "rms_of_peak": round(likeness.timed_rms, 5),
@@ -180,7 +186,7 @@ def stretches(intended: Drawing, executed: Drawing) -> list[Row]:
     """
     rows = []
     for number, (a, b) in enumerate(_pairs(intended, executed)):
-        if not fidelity.moves(a, b):
+        if not goes_somewhere(a, b):
             continue
         clock = np.arange(0.0, max(a.t[-1] - a.t[0] - _WINDOW, 0.0) + 1e-9, _WINDOW / 10)
         share = np.interp(np.append(clock, clock + _WINDOW), a.t - a.t[0], _share(a.xy))
@@ -232,5 +238,5 @@ def _pairs(intended: Drawing, executed: Drawing) -> Iterator[tuple[Stroke, Strok
 
 def _share(xy: Array) -> Array:
     """How much of the length of a path lies before each of its points, 0 to 1."""
-    along = fidelity.along_path(xy)
+    along = along_path(xy)
     return np.asarray(along / along[-1])

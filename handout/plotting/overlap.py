@@ -17,9 +17,7 @@ from concurrent.futures import Future
 
 import numpy as np
 
-from handout.plotting.dialect import Command
-from handout.plotting.dialects import dialect
-from handout.plotting.planning.blocks import PenBlock
+from handout.plotting.dialects import Command, PenBlock, dialect
 from handout.plotting.planning.lookahead import Flags
 from handout.plotting.planning.plan import Plan
 from handout.profiles import Plotter

@@ -2,27 +2,31 @@
 
 Nothing moves before the person has said so.  The pen is lowered step by step until it touches; then it draws a few
 short rows, each a little lower than the one before, and the person chooses the lightest that is whole.  A pen that
-gives way then draws deeper rows, for how deep it may go at full pressure.
+gives way then draws deeper rows, for how deep it may go at full pressure.  What was found is kept in a copy of the
+profile, whose comments and all else stay as they are; and a plotter can be moved by hand.
 """
 
 from __future__ import annotations
 
 import contextlib
 import math
-from collections.abc import Iterator, Mapping
+import re
+import tempfile
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
 from typing import NamedTuple, Protocol
 
 import msgspec
 import numpy as np
 
-from handout.errors import InputError
+from handout import atomic, profiles, shipped
+from handout.errors import DeviceAlarm, DoesNotFit, InputError
 from handout.plotting import bed, pen_lift
-from handout.plotting.dialect import Controller, Log
-from handout.plotting.dialects import dialect
-from handout.plotting.driving.driver import Monitor, draw, halting
+from handout.plotting.dialects import Controller, Log, dialect
+from handout.plotting.driver import Monitor, draw, halting
 from handout.plotting.planning.planner import plan
 from handout.plotting.ports import Port
-from handout.plotting.setup.panels import line
+from handout.plotting.setup_sheet import line
 from handout.profiles import PenLift, Plotter
 from handout.values import Array, Drawing, Page, Stroke
 
@@ -277,3 +281,143 @@ def draw_trial(bench: Bench, heights: Heights) -> None:
     bench.take(up=heights.up, down=heights.down)
     with bench.working():
         bench.row(1, heights)
+
+
+Place = tuple[float, float]
+_ZERO = 0.02  # mm; a machine that says it stands in its zero may just have been switched on
+
+
+def home(controller: Controller) -> None:
+    """Lift the pen and go to zero: by its switches, or as it knows the way.
+
+    Raises
+    ------
+    DeviceAlarm
+        It has no switches, and does not know where it stands.
+    """
+    if controller.profile.homing:
+        controller.home()
+        controller.go(0.0, 0.0)  # some know their zero without going there
+    elif controller.position() is None:
+        corner = bed.CORNERS[controller.profile.bed.origin]
+        raise DeviceAlarm(
+            "The plotter does not know where it stands, since it was switched on or has restarted: push its pen above "
+            f"its zero by hand, the {corner}."
+        )
+    else:
+        controller.go(0.0, 0.0)
+
+
+def jog(controller: Controller, dx: float, dy: float) -> None:
+    """Lift the pen and travel so far along the machine's axes, mm.
+
+    Raises
+    ------
+    DoesNotFit
+        That would leave its bed; of a machine that may not know where it stands, that is longer than its bed.
+    """
+    profile, at = controller.profile, controller.position()
+    for way, most, axis in ((dx, profile.bed.width, "x"), (dy, profile.bed.height, "y")):
+        if abs(way) > most:
+            raise DoesNotFit(f"jog: {way:g} mm along {axis} is more than the bed of {profile.title}, {most:g} mm.")
+    if at is not None and max(map(abs, at)) > _ZERO:
+        bed.check(np.array([[at[0] + dx, at[1] + dy]]), profile, "a shorter way")
+    controller.jog(dx, dy)
+
+
+def move_and_locate(controller: Controller, move: Callable[[Controller], None]) -> Place | None:
+    """Make a move; returns its place then, mm, None if unknown.  If anything goes wrong the pen is lifted."""
+    with halting(controller, harmless=(InputError,)):
+        move(controller)
+    return controller.position()
+
+
+_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,60}")
+_FOUND = "found with: handout pen heights"
+
+
+def find_copy(name: str, again: bool) -> Path:
+    """Where the user's own profile of that name lies.
+
+    Raises
+    ------
+    InputError
+        A name that is none, or of a file that is there and may not be replaced.
+    """
+    if not _NAME.fullmatch(name):
+        raise InputError(f"{name!r} cannot name a profile: use letters, digits, - and _, such as my-plotter.")
+    path = shipped.user_folder("devices") / f"plotter-{name.removeprefix('plotter-')}.toml"
+    if path.exists() and not again:
+        raise InputError(f"{path} is there already: give another name, or --again to replace it.")
+    return path
+
+
+def list_changes(heights: Heights, profile: Plotter) -> dict[str, float]:
+    """The keys of the group ``[pen]`` that change.
+
+    A pen that follows pressure presses as much deeper as it did, unless that was found, too.
+    """
+    pen = profile.pen
+    keys = {"up": heights.up, "down": heights.down}
+    if heights.pressed is not None:
+        keys["pressed"] = heights.pressed
+    elif pen.pressed is not None:
+        keys["pressed"] = round(heights.down + pen.pressed - pen.down, 3)
+    return keys
+
+
+def edit_profile(text: str, keys: dict[str, float]) -> str:
+    """A profile's text with other numbers in ``[pen]``; the comments of these lines say where they are from."""
+    group, rows = "", list[str]()
+    for row in text.splitlines():
+        if heading := re.match(r"\s*\[([^\]]*)\]", row):
+            group = heading.group(1).strip()
+        match = re.match(r"(\s*)(\w+)(\s*=\s*)([-+.\w]+)\s*(?:#\s*(.*))?$", row)
+        if group == "pen" and match and match.group(2) in keys:
+            was = f"{match.group(4)} before" + (f": {match.group(5)}" if match.group(5) else "")
+            number = f"{match.group(1)}{match.group(2)}{match.group(3)}{keys[match.group(2)]:g}"
+            row = f"{number:<24} # {_FOUND}; {was}"
+        rows.append(row)
+        if group == "pen" and match and match.group(2) == "down" and not re.search(r"(?m)^\s*pressed\s*=", text):
+            rows += [f"{f'pressed = {keys[name]:g}':<24} # {_FOUND}" for name in keys if name == "pressed"]
+    return "\n".join(rows) + "\n"
+
+
+def check_copy(source: Path, keys: dict[str, float]) -> None:
+    """Raise InputError unless a profile can have these numbers, before anything is tried with them."""
+    try:
+        _try_profile(edit_profile(source.read_text(encoding="utf-8"), keys), source, source, keys)
+    except InputError as error:
+        raise InputError(str(error).replace(f"{source}: ", "", 1)) from error
+
+
+def save_copy(source: Path, path: Path, keys: dict[str, float]) -> None:
+    """Write the copy, whole and valid, or nothing.
+
+    Raises
+    ------
+    InputError
+        The numbers are none that a profile can have, or the file cannot be written.
+    """
+    text = edit_profile(source.read_text(encoding="utf-8"), keys)
+    _try_profile(text, source, path, keys)
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"Cannot write {path}: {error.strerror or error}.") from error
+    atomic.write(path, text.encode("utf-8"))
+
+
+def _try_profile(text: str, source: Path, path: Path, keys: dict[str, float]) -> None:
+    with tempfile.TemporaryDirectory() as folder:
+        trial = Path(folder) / path.name
+        trial.write_text(text, encoding="utf-8")
+        try:
+            profile = profiles.read_profile(trial)
+        except InputError as error:
+            raise InputError(str(error).replace(str(trial), str(path))) from error
+    if not isinstance(profile, Plotter) or any(getattr(profile.pen, key) != value for key, value in keys.items()):
+        wanted = ", ".join(f"{key} = {value:g}" for key, value in keys.items())
+        raise InputError(
+            f"{source}: its group [pen] is written in a way that is not understood; write {wanted} by hand."
+        )
