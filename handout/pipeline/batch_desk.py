@@ -45,7 +45,7 @@ from handout.pipeline.results import SILENT, Facts, Listener
 from handout.plotting.connections import is_simulated
 from handout.plotting.jobs.store import free_name
 from handout.printing import journal, printers
-from handout.printing.journal import JournalRun, Piece
+from handout.printing.journal import JournalRun, Piece, PieceStep
 from handout.printing.rows import TableRow, name_rows
 
 _PLAN, _PROOF, _FACTS, _APPROVED, _PDF = "batch.json", "proof.pdf", "proof-facts.json", "approved", "batch.pdf"
@@ -398,23 +398,17 @@ def _tell_states(batch: _Batch, rows: Sequence[int], bad: Collection[int]) -> di
     run, done = batch.journal_run, "simulated" if batch.rehearsed else "tested" if batch.plan.test else "done"
     states = dict.fromkeys(rows, done if run is None and batch.state == "done" else "")
     states |= {int(row): f"failed: {why}" for row, why in _facts(batch.folder / _REFUSED).items()}
-    states |= {row: told for row in rows if (told := _state(row, run, done))}
-    states |= dict.fromkeys(batch.left_out, "left out")
-    return states | dict.fromkeys(bad, "cannot be made")
-
-
-def _state(row: int, run: JournalRun | None, done: str) -> str:
-    """What became of a row; `done` : what it is if all of it was made."""
-    steps = [] if run is None else [step for piece, step in run.steps.items() if piece.row == row]
-    if run is None or not steps:
-        return ""
-    made = {Piece(piece.row, 0, piece.part) for piece in run.steps if piece.row == row}
-    if all(step.state == "completed" for step in steps):
-        return done if len(made) >= len(run.parts.get(row, ())) else "in part"
-    wrong = next((step for step in steps if step.state in ("failed", "doubtful")), None)
-    if wrong is not None:
-        return f"{wrong.state}: {wrong.why}" if wrong.why else wrong.state
-    return "sent"
+    steps = dict[int, dict[Piece, PieceStep]]()
+    for piece, step in run.steps.items() if run is not None else ():
+        steps.setdefault(piece.row, {})[piece] = step
+    for row, own in steps.items():
+        wrong = next((step for step in own.values() if step.state in ("failed", "doubtful")), None)
+        if all(step.state == "completed" for step in own.values()):
+            whole = run is None or len({piece.part for piece in own}) >= len(run.parts.get(row, ()))
+            states[row] = done if whole else "in part"
+        else:
+            states[row] = "sent" if wrong is None else f"{wrong.state}: {wrong.why}" if wrong.why else wrong.state
+    return states | dict.fromkeys(batch.left_out, "left out") | dict.fromkeys(bad, "cannot be made")
 
 
 def prove_batch(name: str, *, listener: Listener = SILENT) -> Facts:
