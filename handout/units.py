@@ -35,10 +35,7 @@ def parse(text: str, kind: str, what: str = "value", default: str | None = None)
     default : str, optional
         The unit of a bare number; without it a bare number is an error.
 
-    Raises
-    ------
-    InputError
-        No number, no unit, or a unit of another kind.
+    Raises InputError: no number, no unit, or a unit of another kind.
     """
     units = _UNITS[kind]
     match = _QUANTITY.match(text)

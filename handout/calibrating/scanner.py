@@ -36,10 +36,7 @@ def scan(name: str, page: Page, to: Path, dpi: int = DPI) -> Path:
     to : Path
         The file.
 
-    Raises
-    ------
-    DeviceError
-        ``scanimage`` is missing, finds no scanner, or fails; the message holds its own words.
+    Raises DeviceError: ``scanimage`` is missing, finds no scanner, or fails; the message holds its own words.
     """
     if shutil.which("scanimage") is None:
         raise DeviceError(

@@ -54,10 +54,7 @@ def render(page: ChartPage, dpi: float, lines: tuple[str, ...] = (), title: str 
     (h, w, 3) uint8
         Device RGB; pixel (i, j) covers ((j … j + 1), (i … i + 1)) · 25.4 / dpi mm of the sheet.
 
-    Raises
-    ------
-    InputError
-        A resolution outside its bounds, or words that cannot be printed there.
+    Raises InputError: a resolution outside its bounds, or words that cannot be printed there.
     """
     if not DPI[0] <= dpi <= DPI[1]:
         raise InputError(f"chart: {dpi:g} dpi is outside {DPI[0]:g} to {DPI[1]:g}.")
@@ -213,10 +210,7 @@ def ti3(reading: ChartReading | Patches, about: Mapping[str, str] | None = None)
 def from_ti3(tables: tuple[cgats.CgatsTable, ...]) -> tuple[Array, Array, Array]:
     """What `ti3` stored: device (n, 3), scanned (n, 3) and deviation (n,), all in 0–1.
 
-    Raises
-    ------
-    InputError
-        The table is none of a scan.
+    Raises InputError: the table is none of a scan.
     """
     table = tables[0]
     if SCANNED[0] not in table.fields:

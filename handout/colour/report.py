@@ -64,10 +64,7 @@ def page(title: str, summary: str, sections: Sequence[tuple[str, str]]) -> str:
 def write_report(path: Path, reading: ChartReading, title: str = "Colour chart") -> None:
     """Write the page to a file.
 
-    Raises
-    ------
-    InputError
-        It cannot be written.
+    Raises InputError: it cannot be written.
     """
     atomic.write(path, report(reading, title).encode("utf-8"))
 

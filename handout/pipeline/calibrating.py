@@ -13,7 +13,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
 from handout import atomic
-from handout.calibrating import ink_samples, pages, pen_reference, print_diagnosis, scanner, store, strip, verification
+from handout.calibrating import (
+    calibrated_ink,
+    pages,
+    pen_reference,
+    print_diagnosis,
+    scanner,
+    store,
+    strip,
+    verification,
+)
 from handout.calibrating.pen_reference import FrameReference
 from handout.calibrating.store import Calibration
 from handout.calibrating.verification import Verification
@@ -225,7 +234,7 @@ def read_scans(
         A file that cannot be read or written, or no such hand.
     """
     atomic.check_writable(output)
-    writer, bare = ink_samples.writer_of(hand)
+    writer, bare = calibrated_ink.writer_of(hand)
     reading = read_chart(scans, paper=bare)
     reference = pen_reference.compare_scribble(reading.scribble, hand, writer)
     reading = print_diagnosis.diagnose(reading, reference, accept=accept)

@@ -25,7 +25,7 @@ from handout.pipeline.hand_learning import learn
 from handout.pipeline.inputs import hand_path, output_path, read_bytes
 from handout.pipeline.options import PictureOptions, SheetOptions, WritingOptions, seed_of
 from handout.pipeline.results import SILENT, Delivery, Facts, Listener, Result, Tally
-from handout.prompting.coverage import lacks
+from handout.prompting.sentence_choice import lacks
 from handout.sinks import check_outputs, write_drawings
 from handout.writing.legibility import unclear_letters
 

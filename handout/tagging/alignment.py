@@ -252,10 +252,7 @@ def align(
     tell : function, optional
         Told how far it has come.
 
-    Raises
-    ------
-    InputError
-        An empty transcript, a page without lines, or the transcript of another page.
+    Raises InputError: an empty transcript, a page without lines, or the transcript of another page.
     """
     straightened = strips(page.mask.ink, frames(page)) if page.text_lines.lines else []
     return align_strips(straightened, transcript, method=method, rng=rng, networks=networks, tell=tell)

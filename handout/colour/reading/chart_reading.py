@@ -119,10 +119,7 @@ def read_scans(
     ChartReading
         Also of bad scans, with what could be read of them; `usable` is False then, and `findings` say why.
 
-    Raises
-    ------
-    InputError
-        A file cannot be opened, or no scan was given.
+    Raises InputError: a file cannot be opened, or no scan was given.
     """
     findings: list[ScanFinding] = []
     sheets = []
