@@ -13,7 +13,7 @@ import re
 import shutil
 import tempfile
 from collections import Counter
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import asdict, dataclass, fields, replace
 from datetime import datetime
 from pathlib import Path
@@ -402,13 +402,18 @@ def _tell_states(batch: _Batch, rows: Sequence[int], bad: Collection[int]) -> di
     for piece, step in run.steps.items() if run is not None else ():
         steps.setdefault(piece.row, {})[piece] = step
     for row, own in steps.items():
-        wrong = next((step for step in own.values() if step.state in ("failed", "doubtful")), None)
-        if all(step.state == "completed" for step in own.values()):
-            whole = run is None or len({piece.part for piece in own}) >= len(run.parts.get(row, ()))
-            states[row] = done if whole else "in part"
-        else:
-            states[row] = "sent" if wrong is None else f"{wrong.state}: {wrong.why}" if wrong.why else wrong.state
+        states[row] = _state(own, () if run is None else run.parts.get(row, ()), done)
     return states | dict.fromkeys(batch.left_out, "left out") | dict.fromkeys(bad, "cannot be made")
+
+
+def _state(steps: Mapping[Piece, PieceStep], parts: Collection[str], done: str) -> str:
+    """What became of a row that has so many parts, by what was done to them."""
+    if all(step.state == "completed" for step in steps.values()):
+        return done if len({piece.part for piece in steps}) >= len(parts) else "in part"
+    wrong = next((step for step in steps.values() if step.state in ("failed", "doubtful")), None)
+    if wrong is None:
+        return "sent"
+    return f"{wrong.state}: {wrong.why}" if wrong.why else wrong.state
 
 
 def prove_batch(name: str, *, listener: Listener = SILENT) -> Facts:
