@@ -13,7 +13,7 @@ import re
 import shutil
 import tempfile
 from collections import Counter
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import asdict, dataclass, fields, replace
 from datetime import datetime
 from pathlib import Path
@@ -162,6 +162,30 @@ class _Batch:
         if (self.folder / _APPROVED).is_file():
             return "approved"
         return "proofed" if (self.folder / _FACTS).is_file() else "new"
+
+    def tell_states(self, rows: Sequence[int], bad: Collection[int]) -> dict[int, str]:
+        """What became of its rows, some of which cannot be made."""
+        run, done = self.journal_run, "simulated" if self.rehearsed else "tested" if self.plan.test else "done"
+        states = dict.fromkeys(rows, done if run is None and self.state == "done" else "")
+        states |= {int(row): f"failed: {why}" for row, why in _facts(self.folder / _REFUSED).items()}
+        states |= {} if run is None else _tell_steps(run, done)
+        return states | dict.fromkeys(self.left_out, "left out") | dict.fromkeys(bad, "cannot be made")
+
+
+def _tell_steps(run: JournalRun, done: str) -> dict[int, str]:
+    """What became of the rows that a run began; `done` : what one is whose parts are all made."""
+    steps, states = dict[int, dict[Piece, PieceStep]](), dict[int, str]()
+    for piece, step in run.steps.items():
+        steps.setdefault(piece.row, {})[piece] = step
+    for row, own in steps.items():
+        wrong = next((step for step in own.values() if step.state in ("failed", "doubtful")), None)
+        if all(step.state == "completed" for step in own.values()):
+            states[row] = done if len({piece.part for piece in own}) >= len(run.parts.get(row, ())) else "in part"
+        elif wrong is None:
+            states[row] = "sent"
+        else:
+            states[row] = f"{wrong.state}: {wrong.why}" if wrong.why else wrong.state
+    return states
 
 
 def folder() -> Path:
@@ -349,7 +373,7 @@ def show_batch(name: str) -> Facts:
     said = {entry["row"]: entry["why"] for entry in proofed.get("look_at", ())}
     bad = {entry["row"]: entry["reason"] for entry in proofed.get("failed", ())}
     bad |= {row.number: row.problem for row in merged.table if row.problem}
-    states = _tell_states(batch, [row.number for row in merged.table], bad)
+    states = batch.tell_states([row.number for row in merged.table], bad)
     rows = [
         {
             "row": row.number,
@@ -391,29 +415,6 @@ def _facts(path: Path) -> dict[str, Any]:
     except (OSError, ValueError):
         return {}
     return facts
-
-
-def _tell_states(batch: _Batch, rows: Sequence[int], bad: Collection[int]) -> dict[int, str]:
-    """What became of the rows of a batch, some of which cannot be made."""
-    run, done = batch.journal_run, "simulated" if batch.rehearsed else "tested" if batch.plan.test else "done"
-    states = dict.fromkeys(rows, done if run is None and batch.state == "done" else "")
-    states |= {int(row): f"failed: {why}" for row, why in _facts(batch.folder / _REFUSED).items()}
-    steps = dict[int, dict[Piece, PieceStep]]()
-    for piece, step in run.steps.items() if run is not None else ():
-        steps.setdefault(piece.row, {})[piece] = step
-    for row, own in steps.items():
-        states[row] = _state(own, () if run is None else run.parts.get(row, ()), done)
-    return states | dict.fromkeys(batch.left_out, "left out") | dict.fromkeys(bad, "cannot be made")
-
-
-def _state(steps: Mapping[Piece, PieceStep], parts: Collection[str], done: str) -> str:
-    """What became of a row that has so many parts, by what was done to them."""
-    if all(step.state == "completed" for step in steps.values()):
-        return done if len({piece.part for piece in steps}) >= len(parts) else "in part"
-    wrong = next((step for step in steps.values() if step.state in ("failed", "doubtful")), None)
-    if wrong is None:
-        return "sent"
-    return f"{wrong.state}: {wrong.why}" if wrong.why else wrong.state
 
 
 def prove_batch(name: str, *, listener: Listener = SILENT) -> Facts:
