@@ -7,26 +7,23 @@ from pathlib import Path
 
 import click
 
-from handout.cli.commands import VerbCommand
+from handout.cli.options import LISTENING, UNSEEN, verb
 from handout.errors import InputError
+from handout.pipeline.declarations import option
 
 MISSING = "The studio needs two packages more: pip install 'handout-driver[web]'."
 
 
-@click.command("studio", cls=VerbCommand)
-@click.argument("files", nargs=-1)
-@click.option("--port", type=click.IntRange(1, 65535), help="Where it listens; default: 7217, or any that is free.")
-@click.option("--no-browser", is_flag=True, help="Print the link and open nothing.")
-@click.option("--key-file", type=click.Path(path_type=Path), help="Keep a key for programs in this file meanwhile.")
-@click.option("--webhook-host", "hosts", multiple=True, help="A host that webhooks may lead to, beside this computer.")
-@click.option("--json", "as_json", is_flag=True, help="Print the link as one JSON object.")
+@verb("studio")
 def command(
     files: tuple[str, ...],
-    port: int | None,
-    no_browser: bool,
-    key_file: Path | None,
-    hosts: tuple[str, ...],
-    as_json: bool,
+    port: int | None = LISTENING,
+    no_browser: bool = UNSEEN,
+    key_file: Path | None = option(None, "Keep a key for programs in this file meanwhile."),
+    hosts: tuple[str, ...] = option(
+        (), "A host that webhooks may lead to, beside this computer.", flags=("--webhook-host",)
+    ),
+    as_json: bool = option(False, "Print the link as one JSON object.", flags=("--json",)),
 ) -> None:
     """Open the studio in the browser: write, make hands, correct their letters, bend styles.
 
