@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import time
+from http.server import BaseHTTPRequestHandler, HTTPServer
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -108,3 +109,33 @@ def test_a_page_that_was_being_read_is_no_half_a_hand(studio, small_scan):
     asked["scans"] = [client.post("/api/uploads?name=page.png", content=small_scan.scan.read_bytes()).json()["id"]]
     assert client.post("/api/hands", json=asked).status_code == 200
     assert "ours" in [hand["name"] for hand in client.get("/api/choices").json()["hands"]]
+
+
+def test_an_end_that_was_not_told_is_told_by_the_next_studio(studio):
+    heard, news = HTTPServer(("127.0.0.1", 0), BaseHTTPRequestHandler), []
+    webhook = {"url": f"http://127.0.0.1:{heard.server_port}/", "secret": "s" * 16}
+    client = studio.start()
+    asked = {"text": "Hi", "page": "74x105mm", "seed": 4, "test": True, "webhook": webhook}
+    one = f"/api/batches/{client.post('/api/batches', json=asked).json()['batch']}"
+    client.post(f"{one}/proof")
+    client.post(f"{one}/approval")
+    client.post(f"{one}/make", json={})
+    studio.kill()  # while nobody answers there
+
+    class Hears(BaseHTTPRequestHandler):
+        def do_POST(self):
+            news.append(json.loads(self.rfile.read(int(self.headers["Content-Length"]))))
+            self.send_response(204)
+            self.end_headers()
+
+    heard.RequestHandlerClass = Hears
+    heard.socket.close()
+    with HTTPServer(heard.server_address, Hears) as heard:
+        client = studio.start()
+        heard.handle_request()
+        assert (news[0]["state"], news[0]["test"], news[0]["states"]) == ("done", True, {"tested": 1})
+        while client.get(one).json()["webhook"].get("why") != "":
+            time.sleep(0.05)
+    studio.kill()
+    studio.start().close()
+    assert len(news) == 1

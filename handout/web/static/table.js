@@ -174,6 +174,7 @@ export async function show(main, shared, [name]) {
       const drawn = shared.choices.hands.find((each) => each.name === draft.hand)?.drawn;
       const wanted = { text: filled, letter: Boolean(draft.markdown), hand: draft.hand, page: draft.page, fallback: true, seed: row, ...(drawn ? { format: 'svg' } : { format: 'png', dpi: SCREEN_DPI }) };
       side.classList.add('coming');
+      if (!side.firstChild) side.append(h('span', { class: 'skeleton' }));
       const done = drawn ? await request('POST', '/api/write', wanted, own.signal) : await task('/api/write', wanted, () => {}, own.signal);
       if (drawn) {
         const source = await fetched(fileOf(done), own.signal);
