@@ -603,9 +603,7 @@ def edit_row(name: str, row: int, cells: Mapping[str, str]) -> Facts:
         csv.writer(stream := io.StringIO()).writerows(texts)
         for gone in (_APPROVED, _FACTS):
             (batch.folder / gone).unlink(missing_ok=True)
-        atomic.write(table.with_suffix(".csv"), stream.getvalue().encode())
-        if table.suffix != ".csv":
-            table.unlink()
+        atomic.write(table, stream.getvalue().encode())  # what it is called says nothing of what it holds
     return {"row": row, "cells": {**found.cells, **cells}}
 
 
