@@ -583,16 +583,19 @@ def note_told(name: str, id_: str, why: str) -> None:
     atomic.write(_find(name).folder / _TOLD, json.dumps({"id": id_, "why": why}).encode())
 
 
-def edit_row(name: str, row: int, cells: Mapping[str, str]) -> Facts:
+def edit_row(name: str, row: int, cells: Mapping[str, str], was: Mapping[str, str]) -> Facts:
     """Put cells of a row, by their headers, into the table of a batch that is not approved; all `cells` of it then.
 
-    Its proof is to be made anew.  A workbook or a contacts file becomes delimited text.
+    Its proof is to be made anew.  A workbook or a contacts file becomes delimited text.  `was` : cells as they were
+    looked at; InputError where they are others now.
     """
     batch = _find(name)
     merged, table = batch.read_table(), batch.table
     found = next((each for each in merged.table if each.number == row), None)
     if found is None or not cells.keys() <= found.cells.keys():
         raise InputError(f"The table of {name} has no row {row}, or not all these columns.")
+    if was.items() - found.cells.items():
+        raise InputError(f"Row {row} was changed in another window meanwhile: open it again.")
     if cells and batch.state not in ("new", "proofed"):
         raise InputError(f"The batch {name} is approved: its rows stay as they were looked at.")
     if cells:

@@ -160,7 +160,8 @@ async def keep_batch(studio: Studio, request: Request, body: NewBatch) -> Respon
 
 async def edit(studio: Studio, request: Request, body: EditedRow) -> Response:
     """Cells of a row are changed."""
-    call = Call("batch_desk.edit_row", (_idle(studio, request, "batch"), int(request.path_params["row"]), body.cells))
+    which = _idle(studio, request, "batch"), int(request.path_params["row"])
+    call = Call("batch_desk.edit_row", (*which, body.cells, body.was))
     return json_answer(await studio.answer("a row", call, studio.long))
 
 

@@ -167,6 +167,8 @@ def test_a_row_is_put_right_before_its_batch_is_approved_and_contacts_are_a_tabl
     }
     changed = program.post(f"{one}/rows/3", json={"cells": {"Last name": 'Zoë "Z", Quill'}}).json()["cells"]
     assert changed["Last name"] == 'Zoë "Z", Quill' and changed["City"] == "Bonn"
+    late = program.post(f"{one}/rows/3", json={"cells": {"City": "Ulm"}, "was": {"Last name": "", "City": "Bonn"}})
+    assert "changed in another window" in late.json()["error"]
     assert "no proof yet" in program.post(f"{one}/approval").json()["error"], "what is approved is what was looked at"
     proof = program.post(f"{one}/proof").json()["facts"]
     assert proof["states"] == {"": 2} and proof["rows"][1]["called"] == 'Zoë "Z", Quill, 1 Lane, Bonn'

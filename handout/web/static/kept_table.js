@@ -138,7 +138,7 @@ export async function kept(main, name, titles) {
         event.preventDefault();
         const changed = Object.fromEntries(inputs.filter(([header, input]) => input.value !== cells[header]).map(([header, input]) => [header, input.value]));
         try {
-          if (Object.keys(changed).length) await request('POST', `${url}/rows/${row}`, { cells: changed });
+          if (Object.keys(changed).length) await request('POST', `${url}/rows/${row}`, { cells: changed, was: cells });
           dialog.close();
           if (Object.keys(changed).length) await followed(`${url}/proof`, {});
         } catch (error) { wrong.textContent = refusal.textContent = error.message; }
