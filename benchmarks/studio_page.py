@@ -50,7 +50,7 @@ def typed(page: Any, home: str, hand: str, text: str, sheet: str) -> float:
     page.locator("#text").fill(text)
     page.wait_for_timeout(1000)
     page.locator(".work").wait_for(state="hidden", timeout=WAIT)
-    return statistics.median([page.evaluate(TYPED) for _ in range(TIMES + 1)][1:])
+    return float(statistics.median([page.evaluate(TYPED) for _ in range(TIMES + 1)][1:]))
 
 
 def main() -> None:
