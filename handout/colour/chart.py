@@ -186,12 +186,8 @@ def chart(
     margins : (top, right, bottom, left), mm
         What the printer cannot print on.
 
-    Raises
-    ------
-    InputError
-        Another paper, or another number of pages.
-    DoesNotFit
-        The printer does not reach as far as the chart does.
+    Raises InputError: another paper, or another number of pages. DoesNotFit: the printer does not reach as far as the
+    chart does.
     """
     names = {sheet.paper.name.lower() for sheet in _SHEETS}
     if paper.lower() not in names:

@@ -60,12 +60,12 @@ def page(title: str, summary: str, sections: Sequence[tuple[str, str]]) -> str:
     )
 
 
-def write_report(path: Path, reading: ChartReading, title: str = "Colour chart") -> None:
+def write_report(path: Path, reading: ChartReading) -> None:
     """Write the page to a file.
 
     Raises InputError: it cannot be written.
     """
-    atomic.write(path, report(reading, title).encode("utf-8"))
+    atomic.write(path, report(reading).encode("utf-8"))
 
 
 def _summary(reading: ChartReading) -> str:

@@ -84,12 +84,7 @@ def prompt(
     language : str
         Of the sentences that hold the last characters.
 
-    Raises
-    ------
-    InputError
-        No sentence can be used.
-    DoesNotFit
-        There is no room for all characters.
+    Raises InputError: no sentence can be used. DoesNotFit: there is no room for all characters.
 
     Source: seed 000, §4.1.
     """

@@ -144,10 +144,7 @@ def _gradients(
 def load(path: Path) -> RectifierNetwork:
     """Read a network.
 
-    Raises
-    ------
-    InputError
-        Not such a file, or one for another alphabet or other features.
+    Raises InputError: not such a file, or one for another alphabet or other features.
     """
     try:
         with np.load(path, allow_pickle=False) as file:
