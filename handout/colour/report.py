@@ -34,10 +34,8 @@ def report(reading: ChartReading, title: str = "Colour chart", more: Sequence[tu
 
     Parameters
     ----------
-    reading : Reading
     title : printer, paper, date.
-    more : sequence of (heading, HTML)
-        Further sections, after the findings: what a calibration made of it.
+    more : sequence of (heading, HTML), further sections after the findings: what a calibration made of it.
     """
     sections = [("Findings", _findings(reading)), *more]
     if len(reading.device):

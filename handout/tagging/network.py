@@ -99,8 +99,7 @@ def train_network(
 
     Parameters
     ----------
-    importance : (n,) float32, optional
-        Weight of every column.
+    importance : (n,) float32, optional: weight of every column.
     on_epoch : called after every epoch with its number and mean loss.
     """
     parameters = [np.array(p) for p in (*network.weights, *network.biases)]
