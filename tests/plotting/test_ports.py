@@ -12,7 +12,7 @@ from cursive import page
 from handout import profiles
 from handout.errors import InputError, PortError
 from handout.plotting import observation, open_port, plan, run, serial_ports
-from handout.simulated.plotter import SimulatedPlotter
+from handout_lab.simulated import FaultyPlotter
 
 PROFILE = profiles.find("simulated", "plotter")
 posix = pytest.mark.skipif(sys.platform == "win32", reason="needs pseudo-terminals")
@@ -43,7 +43,7 @@ def test_a_file_is_not_a_port(tmp_path):
 
 
 def test_sim_options_begin_with_a_question_mark():
-    assert isinstance(open_port("sim:", PROFILE), SimulatedPlotter)
+    assert isinstance(open_port("sim:", PROFILE), FaultyPlotter)
     with pytest.raises(InputError, match="question mark"):
         open_port("sim:fault=jam", PROFILE)
 
@@ -71,7 +71,7 @@ def test_a_plot_through_a_serial_line():
 
     tty.setraw(outer)
     os.set_blocking(inner, False)
-    plotter, end = SimulatedPlotter(PROFILE), threading.Event()
+    plotter, end = FaultyPlotter(PROFILE), threading.Event()
 
     def read():
         with contextlib.suppress(BlockingIOError):
@@ -103,7 +103,7 @@ def test_a_plot_through_a_serial_line():
 @pytest.mark.slow
 def test_a_plot_through_a_socket_and_a_broken_connection():
     server = socket.create_server(("127.0.0.1", 0))
-    plotter, end = SimulatedPlotter(PROFILE), threading.Event()
+    plotter, end = FaultyPlotter(PROFILE), threading.Event()
     ended = threading.Event()
 
     def accept():
