@@ -50,10 +50,7 @@ def restyle(
 
     With a pose and no style the strokes stay where they are, and the pen is held as the pose library suggests.
 
-    Raises
-    ------
-    InputError
-        The drawing cannot be read, or the style cannot draw it; a file that cannot be written.
+    Raises InputError: the drawing cannot be read, or the style cannot draw it; a file that cannot be written.
     """
     from handout.motion.styles import restyling
 
@@ -127,10 +124,7 @@ def fit_strokes(
 ) -> FittedStrokes:
     """Find the plan behind every stroke of a drawing; `output` (JSON) keeps the plans, `report` (SVG) shows the fit.
 
-    Raises
-    ------
-    InputError
-        The drawing cannot be read or has no strokes; a file of another format is asked for.
+    Raises InputError: the drawing cannot be read or has no strokes; a file of another format is asked for.
     """
     from handout.motion.reconstruction import planned_page
     from handout.sinks import plans
@@ -184,10 +178,7 @@ def draw_plans(
     copies : draw them so many times on one sheet, each a little different: plans as those are from which styles are
         learned, in their targets, overlaps and bends; targets alone by chance of their style.  None: once, as they are.
 
-    Raises
-    ------
-    InputError
-        The file cannot be read, or holds no plans; a number of copies outside 1 to 500.
+    Raises InputError: the file cannot be read, or holds no plans; a number of copies outside 1 to 500.
     """
     if copies is not None and not 1 <= copies <= 500:
         raise InputError(f"copies: {copies} is outside 1 to 500.")

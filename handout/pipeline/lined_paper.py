@@ -98,10 +98,7 @@ def lined_paper(
 ) -> LinedPaper:
     """A layout with its lines on those of the paper that is asked for; as it is where that has none.
 
-    Raises
-    ------
-    InputError
-        No such paper, a distance of lines that cannot be, or lines that leave no room.
+    Raises InputError: no such paper, a distance of lines that cannot be, or lines that leave no room.
     """
     paper = papers.parse_paper(picture.paper)
     request = _Request(layout, hand, writing, sheet)

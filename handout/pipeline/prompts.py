@@ -39,11 +39,8 @@ class PromptSheets(Delivery):
 def prompt(output: str | Path, options: PromptOptions = PromptOptions()) -> PromptSheets:
     """Make sheets to write on, so that a scan of them becomes a hand.
 
-    Raises
-    ------
-    InputError
-        No PDF is asked for, a file that cannot be read or written, a ruling or a number of pages out of bounds; a hand
-        that has enough of every letter.
+    Raises InputError: no PDF is asked for, a file that cannot be read or written, a ruling or a number of pages out of
+    bounds; a hand that has enough of every letter.
     """
     path = output_path(output, ".pdf", "sheets are written as")
     layout = SheetLayout(paper_of_name(options.page), millimetres(options.ruling, "ruling"), printed=options.ruled)
