@@ -47,7 +47,6 @@ FAULTS = {
 BYTE_FAULTS = ("lost-byte", "flipped-byte", "doubled-byte", "changed-byte", "unplugged", "power-cut", "reset")
 ANSWER_FAULTS = ("lost-answer", "flipped-answer", "changed-answer")
 _STALL = 3.0  # s; less than any machine's time-out, as a radio that loses its network for a moment
-_HANDS = 5.0  # s a person takes to push the carriage somewhere
 
 
 class Faults:
@@ -122,7 +121,7 @@ class Faults:
 
 
 class FaultyPlotter(SimulatedPlotter):
-    """A simulated plotter with which things go wrong, and which a person unplugs, switches off and on, and pushes."""
+    """A simulated plotter with which things go wrong."""
 
     def __init__(self, profile: Plotter, options: SimulatorOptions | None = None, clock: Clock | None = None) -> None:
         asked = options or SimulatorOptions()
@@ -143,35 +142,6 @@ class FaultyPlotter(SimulatedPlotter):
         elif cut == "reset":
             self._begins = arrives
             self._wire.send_bytes(data[len(comes) :], arrives)  # comes to a machine that has forgotten what was before
-
-    def replug(self, seconds: float = 60.0) -> None:
-        """Open the port anew, or put its cable back after so many seconds, in which it went on with what it had.
-
-        Paper and carriage are as they were left; what it said meanwhile is lost.
-        """
-        self._pass(seconds)
-        self._closed = self._gone = False
-
-    def _pass(self, seconds: float) -> None:
-        """Let time pass with nobody listening; on a real clock, as if it had passed."""
-        self._catch_up()
-        self._advance(self.now + seconds, heard=False)
-        self._out.clear()
-        self._epoch -= seconds
-
-    def power_on(self) -> None:
-        """Switch it off, and on again; paper and carriage are as they were left, the controller starts anew."""
-        self._cut_power()
-        self._wire.lose()
-        self._out.clear()
-        self._silent = self._closed = self._gone = False
-        self.firmware.start()
-
-    def stand_at_zero(self) -> None:
-        """A person lifts the pen and pushes the carriage to the machine's zero; the controller does not notice."""
-        self.paper.lift_pen(self.now)
-        self._pass(_HANDS)
-        self.paper.push_to_zero(self.now)
 
     def _next_event(self) -> float:
         return math.inf if self._silent else min(super()._next_event(), self._dies, self._begins)
@@ -197,9 +167,8 @@ class FaultyPlotter(SimulatedPlotter):
         return self._fails()
 
     def _cut_power(self) -> None:
-        self._silent, self._dies = True, math.inf
-        self.firmware.stop()
-        self._restart()
+        self._dies = math.inf
+        super()._cut_power()
 
     def _begin_anew(self) -> None:
         """As after a break in its power that was too short to be seen."""

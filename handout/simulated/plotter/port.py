@@ -23,6 +23,7 @@ from handout.simulated.plotter.options import SimulatorOptions
 from handout.simulated.plotter.paper import DrawnPaper
 from handout.values import Drawing, Page
 
+_HANDS = 5.0  # s a person takes to push the carriage somewhere; set by eye
 _Z_STEPS = 250.0  # of a Z axis; no profile says how fine it is, this is GRBL's default ($102)
 
 
@@ -126,6 +127,40 @@ class SimulatedPlotter(InstrumentedPort):
     def close(self) -> None:
         """Close the port: nothing more is sent or received."""
         self._closed = True
+
+    def replug(self, seconds: float = 60.0) -> None:
+        """Open the port anew, or put its cable back after so many seconds, in which it went on with what it had.
+
+        Paper and carriage are as they were left; what it said meanwhile is lost.
+        """
+        self._pass(seconds)
+        self._closed = self._gone = False
+
+    def _pass(self, seconds: float) -> None:
+        """Let time pass with nobody listening; on a real clock, as if it had passed."""
+        self._catch_up()
+        self._advance(self.now + seconds, heard=False)
+        self._out.clear()
+        self._epoch -= seconds
+
+    def power_on(self) -> None:
+        """Switch it off, and on again; paper and carriage are as they were left, the controller starts anew."""
+        self._cut_power()
+        self._wire.lose()
+        self._out.clear()
+        self._silent = self._closed = self._gone = False
+        self.firmware.start()
+
+    def stand_at_zero(self) -> None:
+        """A person lifts the pen and pushes the carriage to the machine's zero; the controller does not notice."""
+        self.paper.lift_pen(self.now)
+        self._pass(_HANDS)
+        self.paper.push_to_zero(self.now)
+
+    def _cut_power(self) -> None:
+        self._silent = True
+        self.firmware.stop()
+        self._restart()
 
     def _check_open(self) -> None:
         if self._closed or self._gone:
