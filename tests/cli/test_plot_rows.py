@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from handout.plotting.jobs import store
-from handout_lab.simulated import FaultyPlotter
+from handout.simulated.plotter import SimulatedPlotter
 
 ROOT = Path(__file__).parents[2]
 PEOPLE = "First name,Street,City\nAnna,Weg 1,Ulm\nBen,Weg 2,Ulm\nCleo,Weg 3,Ulm\nDan,Weg 4,Ulm\nEve,Weg 5,Ulm\n"
@@ -134,12 +134,12 @@ def test_a_text_has_one_plotter(call):
 def test_a_feeder_puts_in_the_sheets(call, monkeypatch):
     usual = (ROOT / "devices/plotter-simulated.toml").read_text(encoding="utf-8")
     Path("fed.toml").write_text(usual + '\n[feeder]\ncommand = ["G4P0.125"]\n', encoding="utf-8")
-    heard, write = [], FaultyPlotter.write
+    heard, write = [], SimulatedPlotter.write
 
     def noted(self, data):
         heard.append(data)
         write(self, data)
 
-    monkeypatch.setattr(FaultyPlotter, "write", noted)
+    monkeypatch.setattr(SimulatedPlotter, "write", noted)
     call("plot", "people.csv", *CARD, *QUICK, "--rows", "2-4", "--port", "sim:", "--device", "fed.toml")
     assert b"".join(heard).count(b"G4P0.125\n") == 2 and len(store.list_kept_jobs()) == 3

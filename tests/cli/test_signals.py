@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 import handout
-from handout_lab.simulated import FaultyPlotter
+from handout.simulated.plotter import SimulatedPlotter
 
 _HALF = """
 import signal, sys
@@ -64,7 +64,7 @@ def test_a_second_one_is_not_a_traceback(tmp_path):
 
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGTERM, 143), (signal.SIGINT, 130)])
 def test_a_plot_lifts_its_pen_and_keeps_its_job(call, monkeypatch, number, code):
-    sent, later, whole = bytearray(), bytearray(), FaultyPlotter.write
+    sent, later, whole = bytearray(), bytearray(), SimulatedPlotter.write
     before = signal.signal(signal.SIGINT, signal.default_int_handler)  # ignored behind a shell's &
 
     def write(port, data):
@@ -74,7 +74,7 @@ def test_a_plot_lifts_its_pen_and_keeps_its_job(call, monkeypatch, number, code)
         (later if later else sent).extend(data)
         whole(port, data)
 
-    monkeypatch.setattr(FaultyPlotter, "write", write)
+    monkeypatch.setattr(SimulatedPlotter, "write", write)
     try:
         _, err = call("plot", "--port", "sim:", "all is well", "--seed", 1, code=code)
     finally:

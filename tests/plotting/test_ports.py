@@ -12,6 +12,7 @@ from cursive import page
 from handout import profiles
 from handout.errors import InputError, PortError
 from handout.plotting import observation, open_port, plan, run, serial_ports
+from handout.simulated.plotter import SimulatedPlotter
 from handout_lab.simulated import FaultyPlotter
 
 PROFILE = profiles.find("simulated", "plotter")
@@ -43,7 +44,7 @@ def test_a_file_is_not_a_port(tmp_path):
 
 
 def test_sim_options_begin_with_a_question_mark():
-    assert isinstance(open_port("sim:", PROFILE), FaultyPlotter)
+    assert isinstance(open_port("sim:", PROFILE), SimulatedPlotter)
     with pytest.raises(InputError, match="question mark"):
         open_port("sim:fault=jam", PROFILE)
 
