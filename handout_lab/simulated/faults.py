@@ -132,7 +132,8 @@ class FaultyPlotter(SimulatedPlotter):
         self._stalls = 0.0  # until then nothing is carried
         super().__init__(profile, asked, clock)
 
-    def _send(self, data: bytes) -> None:
+    def transmit(self, data: bytes) -> None:
+        """Send off what a fault leaves of the bytes."""
         comes, cut = self.faults.damage_bytes(data, self._wire.framing.ends)
         arrives = self._wire.send_bytes(comes, max(self.now, self._stalls) + self.options.latency)
         if cut == "unplugged":
@@ -146,9 +147,10 @@ class FaultyPlotter(SimulatedPlotter):
     def _next_event(self) -> float:
         return math.inf if self._silent else min(super()._next_event(), self._dies, self._begins)
 
-    def _befall(self) -> None:
+    def befall(self) -> None:
+        """Cut its power, or start it anew, in its time."""
         if self.now >= self._dies:
-            self._cut_power()
+            self.cut_power()
         if self.now >= self._begins:
             self._wire.receive(self.now)
             self._begin_anew()
@@ -162,13 +164,15 @@ class FaultyPlotter(SimulatedPlotter):
         soonest = max(self.now, self._stalls) + self.options.latency + len(data) * self._wire.byte + late
         self._out.append((max(soonest, self._out[-1][0] if self._out else 0.0), self.faults.damage_answer(data)))
 
-    def _is_struck(self) -> bool:
+    def is_struck(self) -> bool:
+        """Count the instruction, and see whether the fault strikes."""
         self.faults.lines += self._began is not None
         return self._fails()
 
-    def _cut_power(self) -> None:
+    def cut_power(self) -> None:
+        """See `SimulatedPlotter`."""
         self._dies = math.inf
-        super()._cut_power()
+        super().cut_power()
 
     def _begin_anew(self) -> None:
         """As after a break in its power that was too short to be seen."""

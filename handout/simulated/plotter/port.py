@@ -106,9 +106,10 @@ class SimulatedPlotter(InstrumentedPort):
         """Put bytes on the wire."""
         self._catch_up()
         self._check_open()
-        self._send(data)
+        self.transmit(data)
 
-    def _send(self, data: bytes) -> None:
+    def transmit(self, data: bytes) -> None:
+        """Send bytes off on the wire, all as they are."""
         self._wire.send_bytes(data, self.now + self.options.latency)
 
     def read(self, timeout: float) -> bytes:
@@ -145,7 +146,7 @@ class SimulatedPlotter(InstrumentedPort):
 
     def power_on(self) -> None:
         """Switch it off, and on again; paper and carriage are as they were left, the controller starts anew."""
-        self._cut_power()
+        self.cut_power()
         self._wire.lose()
         self._out.clear()
         self._silent = self._closed = self._gone = False
@@ -157,7 +158,8 @@ class SimulatedPlotter(InstrumentedPort):
         self._pass(_HANDS)
         self.paper.push_to_zero(self.now)
 
-    def _cut_power(self) -> None:
+    def cut_power(self) -> None:
+        """Its power goes: it stands and is silent."""
         self._silent = True
         self.firmware.stop()
         self._restart()
@@ -197,7 +199,7 @@ class SimulatedPlotter(InstrumentedPort):
             if answer <= self.now or event > until:
                 break
             self._set_clock(max(event, self.now))
-            self._befall()
+            self.befall()
             if self._silent:
                 continue
             for piece in self._wire.receive(self.now):
@@ -224,10 +226,10 @@ class SimulatedPlotter(InstrumentedPort):
             soonest = self.now + self.options.latency + len(data) * self._wire.byte
             self._out.append((max(soonest, self._out[-1][0] if self._out else 0.0), data))
 
-    def _befall(self) -> None:
+    def befall(self) -> None:
         """What befalls it by now: nothing, if it has no faults."""
 
-    def _is_struck(self) -> bool:
+    def is_struck(self) -> bool:
         """Whether a fault strikes while an instruction is read, which is lost."""
         return False
 
@@ -246,7 +248,7 @@ class SimulatedPlotter(InstrumentedPort):
             if self._began is None and self.firmware.counts(line):
                 self._began = self.now
             yield float(self.firmware.read_time)
-            if not self._is_struck():
+            if not self.is_struck():
                 yield from self.firmware.execute(line)
                 self._ended = self.now
 
