@@ -356,8 +356,8 @@ def _space_rows(rows: Iterable[UnitRow[G]], distance: float, held: int) -> Itera
         after = _lines_in(-DESCENT - _SLACK - low, distance)
         before = at_top
         if taken:
-            over = max(high - ASCENT, 0.0) + below - DESCENT
-            tall = over > _SLACK or (over > 0 and deep + top + _NEAR > distance)
+            slack = _SLACK if deep + top + _NEAR <= distance else 0.0
+            tall = max(high - ASCENT, 0.0) + below - DESCENT > slack
             before = _lines_in(below + high + APART - distance, distance) if tall else 0
         if taken and taken + before + 1 + after > held > 0:
             yield from [empty] * (held - taken)
