@@ -38,6 +38,7 @@ _ALIKE = 3  # traversals kept that have covered the same branches and stand at t
 _LIFTS = 6  # places where a lifted pen may land
 _DEEP = 7  # branches that are retraced in one go
 _ROUNDED = 1e-9  # costs that differ less may be equal
+_FREE = 3.0  # cost of going back at the end over a line once more, where its ink does not tell
 _PLACES = 6  # of a branch that are compared with a form
 
 _Strokes: TypeAlias = tuple[tuple[int, ...], ...]
@@ -130,7 +131,7 @@ def _search(
     done = [
         (last[0] + costs.leaving[last[1] ^ 1] + sum(cost for bit, cost in doubtful if not last[3] & bit), last)
         for state in states
-        for last in _ways_out(state, costs)
+        for last in _ways_out(state, costs, _FREE)
     ]
     done.sort(key=itemgetter(0))
     return [(cost, _strokes(state)) for cost, state in done[:most]]
@@ -193,14 +194,20 @@ def _steps(state: _State, costs: EdgeCosts, weights: CostWeights, reached: list[
                     break
 
 
-def _ways_out(state: _State, costs: EdgeCosts) -> list[_State]:
-    """A traversal before the pen is lifted, and after it has gone back over what the ink tells was passed twice."""
+def _ways_out(state: _State, costs: EdgeCosts, free: float = 0.0) -> list[_State]:
+    """A traversal before the pen is lifted, and after it has gone back over what the ink tells was passed twice.
+
+    Parameters
+    ----------
+    free : what going back may cost where the ink does not tell.
+    """
     found = [state]
     for before in found:
         cost, arrived, covered, twice, thrice, _, _ = before
         for end, turning in costs.turning[arrived ^ 1]:
             bit = 1 << (end >> 1)
-            if covered & bit and not twice & bit and turning + costs.again[end] < costs.once[end >> 1]:
+            back = cost - state[0] + turning + costs.again[end] - costs.once[end >> 1]
+            if covered & bit and not twice & bit and (turning + costs.again[end] < costs.once[end >> 1] or back < free):
                 found.append((cost + turning + costs.again[end], end, covered, twice | bit, thrice, before, False))
     return found
 
