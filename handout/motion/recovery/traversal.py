@@ -38,7 +38,7 @@ _ALIKE = 3  # traversals kept that have covered the same branches and stand at t
 _LIFTS = 6  # places where a lifted pen may land
 _DEEP = 7  # branches that are retraced in one go
 _ROUNDED = 1e-9  # costs that differ less may be equal
-_FREE = 3.0  # cost of going back at the end over a line once more, where its ink does not tell
+_FREE = 5.0  # what it may cost to go back at the end over a line whose ink does not tell of it; set on one writer's words
 _PLACES = 6  # of a branch that are compared with a form
 
 _Strokes: TypeAlias = tuple[tuple[int, ...], ...]
@@ -195,11 +195,9 @@ def _steps(state: _State, costs: EdgeCosts, weights: CostWeights, reached: list[
 
 
 def _ways_out(state: _State, costs: EdgeCosts, free: float = 0.0) -> list[_State]:
-    """A traversal before the pen is lifted, and after it has gone back over what the ink tells was passed twice.
+    """A traversal before the pen is lifted, and after it has gone back over what was passed once.
 
-    Parameters
-    ----------
-    free : what going back may cost where the ink does not tell.
+    free : what going back may cost; where that is less than what the ink tells of passing twice, it always may.
     """
     found = [state]
     for before in found:
