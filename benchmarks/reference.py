@@ -12,7 +12,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from handout.calibrating.ink_samples import lay_on
+from handout.calibrating.calibrated_ink import lay_on
 from handout.calibrating.pen_reference import at_dpi
 from handout.colour import conversions
 from handout.colour.chart import chart

@@ -27,10 +27,7 @@ _COLOUR = re.compile("#[0-9a-f]{6}")
 def readonly(values: ArrayLike, *shape: int | None) -> Array:
     """A read-only float64 copy of `values`, of the given shape (None: any length).
 
-    Raises
-    ------
-    ValueError
-        Wrong shape or a value that is not finite.
+    Raises ValueError: wrong shape or a value that is not finite.
     """
     array = np.array(values, dtype=np.float64)
     fits = array.ndim == len(shape)
@@ -50,10 +47,7 @@ Indices = NDArray[np.intp]
 def readonly_indices(values: ArrayLike, *shape: int | None) -> Indices:
     """A read-only copy of `values` as whole numbers, of the given shape (None: any length).
 
-    Raises
-    ------
-    ValueError
-        Wrong shape, or numbers that are not whole.
+    Raises ValueError: wrong shape, or numbers that are not whole.
     """
     numbers = np.asarray(values)
     array = numbers.astype(np.intp)

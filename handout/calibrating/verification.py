@@ -256,10 +256,7 @@ def sections(calibration: Calibration) -> list[tuple[str, str]]:
 def write_report(calibration: Calibration, path: Path) -> None:
     """A page about a verified calibration.
 
-    Raises
-    ------
-    InputError
-        It cannot be written.
+    Raises InputError: it cannot be written.
     """
     atomic.write(path, page(calibration.name, f"{calibration.describe()}.", sections(calibration)).encode())
 

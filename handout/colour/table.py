@@ -43,10 +43,7 @@ class ColourTable:
     scanned : (t, t, t, 3) float32: the model the other way, scanned RGB of device RGB (i, j, k) / (t − 1).
     about : printer, paper, scanner, date, method, version …
 
-    Raises
-    ------
-    InputError
-        Arrays of other shapes, or numbers that are no colours.
+    Raises InputError: arrays of other shapes, or numbers that are no colours.
     """
 
     nodes: Nodes
@@ -90,10 +87,7 @@ class ColourTable:
 def build(model: Model, about: Mapping[str, str] | None = None, size: int = SIZE) -> ColourTable:
     """The table of a model; `about` names printer, paper, scanner and date, method and version are added.
 
-    Raises
-    ------
-    InputError
-        A size outside 9–129.
+    Raises InputError: a size outside 9–129.
     """
     if not _SIZES[0] <= size <= _SIZES[1]:
         raise InputError(f"colour table: {size} nodes a side are outside {_SIZES[0]} to {_SIZES[1]}.")
@@ -106,10 +100,7 @@ def build(model: Model, about: Mapping[str, str] | None = None, size: int = SIZE
 def save(table: ColourTable, path: Path) -> None:
     """Write a table as one file, whole or not at all; the same table gives the same bytes.
 
-    Raises
-    ------
-    InputError
-        The file cannot be written.
+    Raises InputError: the file cannot be written.
     """
     out = io.BytesIO()
     header = json.dumps({"format": _FORMAT, "about": dict(table.about)}, ensure_ascii=False, sort_keys=True)
@@ -244,10 +235,7 @@ def tell_loss(out: float, mean: float, whose: str = "") -> str:
 def reach(samples: Array, table: ColourTable) -> Reach:
     """What of (n, 3) scanned RGB samples of ink, 0–1, the printer of a table can print.
 
-    Raises
-    ------
-    InputError
-        No samples, or samples that are not (n, 3) numbers in 0–1.
+    Raises InputError: no samples, or samples that are not (n, 3) numbers in 0–1.
     """
     wanted = np.asarray(samples, dtype=np.float64)
     if wanted.ndim != 2 or wanted.shape[1:] != (3,) or not len(wanted) or not ((wanted >= 0) & (wanted <= 1)).all():

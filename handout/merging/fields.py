@@ -77,10 +77,7 @@ class Fields:
     def check(self, letter: LetterTemplate, table: str) -> None:
         """Refuse names of a letter that no column has, or several.
 
-        Raises
-        ------
-        InputError
-            The message has the line of the letter.
+        Raises InputError: the message has the line of the letter.
         """
         for name, apart in self.repeated_names.items():
             if name in letter.names and name not in self.headers_by_name:

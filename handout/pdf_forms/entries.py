@@ -270,10 +270,7 @@ def page_manuscript(
 def _in_cells(entry: FieldEntry, setting: Manuscript, jitter: float, rng: np.random.Generator) -> Line:
     """The letters of a line, each in the middle of its cell; all smaller where one is wider than that.
 
-    Raises
-    ------
-    InputError
-        A character is left out, since the hand lacks it: which cell stays empty is not known then.
+    Raises InputError: a character is left out, since the hand lacks it: which cell stays empty is not known then.
     """
     assert entry.cells is not None
     filled, count = entry.cells

@@ -48,10 +48,7 @@ def probe(port: str = "auto", device: str | None = None, listener: Listener = SI
     ----------
     device : its profile; None: all dialects are tried, and its limits are not asked for.
 
-    Raises
-    ------
-    DeviceSilent
-        Nobody answers in a language that is known.
+    Raises DeviceSilent: nobody answers in a language that is known.
     """
     if device is None and not is_simulated(port):
         return _identity_facts(*(connections.only_port() if port == "auto" else (port, connections.identify(port))))

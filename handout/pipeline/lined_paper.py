@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from handout.hand.protocol import AnyHand
-    from handout.scanning.given_sheet import GivenSheet
+    from handout.scanning.page_layout import GivenSheet
     from handout.scanning.printed_lines import PrintedLine, PrintedSheet
     from handout.writing.layout import Layout
 
@@ -74,7 +74,7 @@ def page_name(sheet: SheetOptions, picture: PictureOptions) -> str:
     """The page to write on: that of --page, or else a scanned sheet's own size, or else the usual one."""
     if sheet.page is not None or picture.paper in papers.PAPERS:
         return sheet.page_name
-    from handout.scanning.given_sheet import read_sheet, sheet_file
+    from handout.scanning.page_layout import read_sheet, sheet_file
 
     size = None if sheet_file(picture.paper) is None else read_sheet(picture.paper).size
     if size is None:
@@ -98,10 +98,7 @@ def lined_paper(
 ) -> LinedPaper:
     """A layout with its lines on those of the paper that is asked for; as it is where that has none.
 
-    Raises
-    ------
-    InputError
-        No such paper, a distance of lines that cannot be, or lines that leave no room.
+    Raises InputError: no such paper, a distance of lines that cannot be, or lines that leave no room.
     """
     paper = papers.parse_paper(picture.paper)
     request = _Request(layout, hand, writing, sheet)
@@ -146,7 +143,7 @@ def _use_drawn_rules(request: _Request, paper: Paper) -> LinedPaper:
 
 def _use_found_rules(request: _Request, name: str) -> LinedPaper:
     """Write on the lines that are found in the picture of a sheet, clear of what is printed on it."""
-    from handout.scanning.given_sheet import read_sheet
+    from handout.scanning.page_layout import read_sheet
     from handout.scanning.printed_lines import find_print, find_printed_lines
 
     sheet, page = read_sheet(name), request.layout.page

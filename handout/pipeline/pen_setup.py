@@ -79,10 +79,7 @@ def find_heights(
 
     The keys of a profile's group ``[pen]`` that were found or tried are told, and the file that has them now.
 
-    Raises
-    ------
-    InputError
-        There is nothing to set, or the options contradict each other; nothing has moved then.
+    Raises InputError: there is nothing to set, or the options contradict each other; nothing has moved then.
     """
     if port is None:
         raise InputError(_NO_PORT)

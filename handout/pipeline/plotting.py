@@ -179,10 +179,7 @@ def plot(
     request : what is plotted and how, or just a text.
     port : see `plotting.open_port`.
 
-    Raises
-    ------
-    InputError, DeviceError, KeyboardInterrupt
-        The message says how to go on, if anything has been begun.
+    Raises InputError, DeviceError, KeyboardInterrupt: the message says how to go on, if anything has been begun.
     """
     request = PlotRequest(Source(request)) if isinstance(request, str) else request
     account = ReportFile(attendance.report)
@@ -418,10 +415,7 @@ def plot_again(
 ) -> Plotted:
     """Plot a kept job, or a part of it, once more, as a job of its own; None: the one that was drawn last.
 
-    Raises
-    ------
-    InputError, DeviceError, KeyboardInterrupt
-        As `plot`; or its drawings are not kept any more.
+    Raises InputError, DeviceError, KeyboardInterrupt: as `plot`; or its drawings are not kept any more.
     """
     account, before = ReportFile(attendance.report), store.drawn_before(name)
     address, profile = port or before.port, before.profile
@@ -495,10 +489,7 @@ def greatest_stretch(parts: Sequence[Plan] | Sequence[PlotReport]) -> float:
 class ReportFile:
     """The file with the report on how faithful the motion was, or will be; without a path none is written.
 
-    Raises
-    ------
-    InputError
-        The file could not be written; asked before any work is done.
+    Raises InputError: the file could not be written; asked before any work is done.
     """
 
     def __init__(self, path: str | Path | None) -> None:

@@ -81,10 +81,7 @@ class Programs:
 def apply_hooks(profile: Plotter, options: HookOptions) -> Plotter:
     """The profile with the hooks that are asked for, and checked: their places lie on the bed, their heights exist.
 
-    Raises
-    ------
-    InputError, DoesNotFit
-        A hook cannot be read or done.
+    Raises InputError, DoesNotFit: a hook cannot be read or done.
     """
     import msgspec
 

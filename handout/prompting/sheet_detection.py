@@ -8,9 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.errors import InputError
-from handout.prompting.registration import Registration, in_grey, register
 from handout.prompting.sheet_codes import PARTS, PageRecord, join, read_codes, unpack
-from handout.prompting.sheet_layout import SheetLayout
+from handout.prompting.sheet_layout import Registration, SheetLayout, in_grey, register
 from handout.values import Array, Page
 
 _DPI = (36.0, 2400.0)  # of a rectified page: bounds against slips
@@ -68,10 +67,7 @@ def find_sheet(image: NDArray[np.uint8]) -> DetectedSheet | None:
     Sheet or None
         None if the picture has no mark of a sheet in it.
 
-    Raises
-    ------
-    InputError
-        There are marks, but too few or misplaced; or the codes cannot be read.
+    Raises InputError: there are marks, but too few or misplaced; or the codes cannot be read.
     """
     grey = in_grey(image)
     registration = register(grey)
@@ -98,20 +94,15 @@ def rectify(
     ----------
     image : (h, w) or (h, w, 3) uint8
         The picture in which the sheet was found.
-    sheet : Sheet or Registration
-        Where it is.
-    dpi : float, optional
-        Of the result, 36–2400; by default that of the picture.
+    sheet : where it is.
+    dpi : of the result, 36–2400; by default that of the picture.
 
     Returns
     -------
     (height, width) or (height, width, 3) uint8
         Pixel (i, j) has its middle at ((j + ½), (i + ½)) · 25.4 / dpi mm; white outside the picture.
 
-    Raises
-    ------
-    InputError
-        A resolution outside its bounds.
+    Raises InputError: a resolution outside its bounds.
     """
     import cv2
 
@@ -139,8 +130,7 @@ def printed_on(sheet: DetectedSheet, dpi: float) -> NDArray[np.bool_]:
     Parameters
     ----------
     sheet : Sheet
-    dpi : float
-        That of `rectify`.
+    dpi : that of `rectify`.
 
     Returns
     -------

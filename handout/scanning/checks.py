@@ -73,10 +73,7 @@ def page_index(count: int, page: int | None, path: Path) -> int:
 def square_resolution(dpi: Any, path: Path) -> float | None:
     """Pixels per inch, the same across and down.
 
-    Raises
-    ------
-    InputError
-        They are not.
+    Raises InputError: they are not.
     """
     if not dpi or not all(float(side) > 0 for side in dpi):
         return None
@@ -161,10 +158,7 @@ def refuse_false_resolution(stroke: float, scan: Scan) -> None:
 def check_writing_size(text: TextLines, scan: Scan) -> tuple[str, ...]:
     """Notes on the writing, such as that there is none.
 
-    Raises
-    ------
-    InputError
-        Writing of that size is not handwriting: the resolution is wrong.
+    Raises InputError: writing of that size is not handwriting: the resolution is wrong.
     """
     if not text.lines:
         return (f"{scan.source}: no line of writing was found.",)

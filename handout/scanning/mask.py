@@ -65,10 +65,7 @@ def find_mask(scan: Scan, inks: PageInks, density: Density, pen: str | None = No
 
     pen : one of `PENS`, optional; otherwise told from the ink.
 
-    Raises
-    ------
-    InputError
-        An unknown pen; strokes too thin for the resolution; nothing but specks.
+    Raises InputError: an unknown pen; strokes too thin for the resolution; nothing but specks.
     """
     if pen is not None and pen not in PENS:
         raise InputError(f"--pen {pen}: not known; choose one of {', '.join(PENS)}.")

@@ -57,14 +57,10 @@ def read_picture(path: Path, page: int | None = None) -> FilePicture:
     Parameters
     ----------
     path : Path
-    page : int, optional
-        Which page of a file that holds several, from 1.
+    page : which page of a file that holds several, from 1.
 
-    Raises
-    ------
-    InputError
-        Unreadable, empty, above 200 megapixels, several pages and none chosen, a PDF without a picture or locked, a
-        colour space that cannot be read well, or pixels that are not square.
+    Raises InputError: unreadable, empty, above 200 megapixels, several pages and none chosen, a PDF without a picture
+    or locked, a colour space that cannot be read well, or pixels that are not square.
     """
     path = Path(path)
     if is_pdf(path):
@@ -78,10 +74,7 @@ def read_picture(path: Path, page: int | None = None) -> FilePicture:
 def count_pages(path: Path) -> int:
     """How many pages a file holds, as its head says; 1 for a file that cannot be read.
 
-    Raises
-    ------
-    InputError
-        As `read_picture`, of a PDF.
+    Raises InputError: as `read_picture`, of a PDF.
     """
     if is_pdf(path):
         from handout.scanning.pdf_pages import count_of_pdf
@@ -221,17 +214,11 @@ def read_scan(path: Path, dpi: float | None = None, page: int | None = None) -> 
 
     Parameters
     ----------
-    path : Path
-        PNG, JPEG, TIFF or any other image that Pillow reads, or a PDF.
-    dpi : float, optional
-        Pixels per inch; without it the file's own resolution, if it has a plausible one.
-    page : int, optional
-        Which page of a file that holds several, from 1.
+    path : PNG, JPEG, TIFF or any other image that Pillow reads, or a PDF.
+    dpi : pixels per inch; without it the file's own resolution, if it has a plausible one.
+    page : which page of a file that holds several, from 1.
 
-    Raises
-    ------
-    InputError
-        As `read_picture` and `scan_of`.
+    Raises InputError: as `read_picture` and `scan_of`.
     """
     check_dpi(dpi)
     return scan_of(read_picture(Path(path), page), dpi)
@@ -243,13 +230,10 @@ def scan_of(picture: FilePicture, dpi: float | None = None) -> Scan:
     Parameters
     ----------
     picture : Picture
-    dpi : float, optional
-        Pixels per inch; without it the file's own, if it has a plausible one.
+    dpi : pixels per inch; without it the file's own, if it has a plausible one.
 
-    Raises
-    ------
-    InputError
-        A resolution that is missing or not plausible, or that makes the page larger than two sheets of A3.
+    Raises InputError: a resolution that is missing or not plausible, or that makes the page larger than two sheets of
+    A3.
     """
     check_dpi(dpi)
     given_by_user = dpi is not None
@@ -284,10 +268,7 @@ def count_of_tiff(path: Path) -> int:
 def page_of_tiff(path: Path, page: int | None) -> tuple[NDArray[np.uint8], tuple[float, float] | None, int]:
     """One page of a TIFF: its pixels (h, w, 3), dpi across and down if the file says them, and how many pages it holds.
 
-    Raises
-    ------
-    InputError
-        Damaged, too large, no such page, or colours that cannot be read well.
+    Raises InputError: damaged, too large, no such page, or colours that cannot be read well.
     """
     import tifffile
 

@@ -107,10 +107,7 @@ def prepare(source: Path | Scan, dpi: float | None = None) -> PreparedScan:
     ----------
     source, dpi : as `read_page`.
 
-    Raises
-    ------
-    InputError
-        Unreadable or too large; no resolution; nothing but paper.
+    Raises InputError: unreadable or too large; no resolution; nothing but paper.
     """
     scan = crop(source if isinstance(source, Scan) else read_scan(Path(source), dpi))
     paper = find_paper(scan)
@@ -127,13 +124,9 @@ def find_ink(
     Parameters
     ----------
     pen, lines : as `read_page`.
-    scale : Scale, optional
-        Scale of densities of the whole hand (`density.pooled_scale`).
+    scale : scale of densities of the whole hand (`density.pooled_scale`).
 
-    Raises
-    ------
-    InputError
-        Strokes too thin, nothing but specks.
+    Raises InputError: strokes too thin, nothing but specks.
     """
     scan, inks = prepared.scan, prepared.inks
     level = flatten(scan, prepared.paper)
@@ -150,10 +143,7 @@ def find_ink(
 def finish(inked: Inked) -> WrittenPage:
     """Line graph and matte of a page whose ink is known.
 
-    Raises
-    ------
-    InputError
-        The size of the writing belies the resolution.
+    Raises InputError: the size of the writing belies the resolution.
     """
     prepared, density, mask, scan = inked.prepared, inked.density, inked.mask, inked.prepared.scan
     notes = (*check_writing_size(inked.text_lines, scan), *check_pale_marks(inked.pale, scan))
@@ -169,20 +159,13 @@ def read_page(
 
     Parameters
     ----------
-    source : Path or Scan
-        PNG, JPEG, TIFF, PDF, or a scan in memory.
-    dpi : float, optional
-        Pixels per inch, where the file does not say.
-    pen : str, optional
-        One of `mask.PENS`; otherwise told from the ink.
-    lines : int, optional
-        How many lines of writing there are, if a transcript says so.
+    source : PNG, JPEG, TIFF, PDF, or a scan in memory.
+    dpi : pixels per inch, where the file does not say.
+    pen : one of `mask.PENS`; otherwise told from the ink.
+    lines : how many lines of writing there are, if a transcript says so.
 
-    Raises
-    ------
-    InputError
-        Unreadable or too large; no resolution, or one that the size of the writing belies; nothing but paper; strokes
-        too thin.
+    Raises InputError: unreadable or too large; no resolution, or one that the size of the writing belies; nothing but
+    paper; strokes too thin.
     """
     return finish(find_ink(prepare(source, dpi), pen, lines=lines))
 
@@ -196,10 +179,7 @@ def with_recorded_line(written: WrittenPage, strokes: Sequence[Stroke], *, timed
         with `width`.
     timed : whether their times mean anything.
 
-    Raises
-    ------
-    InputError
-        There are none.
+    Raises InputError: there are none.
     """
     if not strokes:
         raise InputError(f"{written.scan.source}: the recording has no movement of a pen on paper.")

@@ -88,10 +88,7 @@ def chosen_pages(names: Sequence[str]) -> list[tuple[Path, int | None]]:
 
     A file of several pages stands for all of them, ``file.pdf:2`` for its second, ``file.pdf:2-4`` for three.
 
-    Raises
-    ------
-    InputError
-        A page that is twice among them, or pages in the wrong order.
+    Raises InputError: a page that is twice among them, or pages in the wrong order.
     """
     chosen: list[tuple[Path, int | None]] = []
     for name in names:
@@ -129,14 +126,10 @@ def gather_sources(
     ----------
     names : as `chosen_pages`.
     texts : names and contents, in the order of the pages; sheets need none.
-    dpi : float, optional
-        Pixels an inch, where neither a file nor a sheet's marks say.
+    dpi : pixels an inch, where neither a file nor a sheet's marks say.
     say : takes sentences to show the user.
 
-    Raises
-    ------
-    InputError
-        A file that cannot be read or used, a page twice, texts too few or too many.
+    Raises InputError: a file that cannot be read or used, a page twice, texts too few or too many.
     """
     check_dpi(dpi)
     pages = chosen_pages(names)
@@ -209,10 +202,7 @@ def tagged_pages(
     method : of the alignment, as `alignment.align` takes it.
     tell : told how far it has come.
 
-    Raises
-    ------
-    InputError
-        As `find_ink`, `find_turn`, `tag_page`.
+    Raises InputError: as `find_ink`, `find_turn`, `tag_page`.
     """
     scale = common_scale(sources)
     for number, source in enumerate(sources):
@@ -284,10 +274,7 @@ class FilledSheet:
 def filled_sheet(scan: Scan | FilePicture) -> FilledSheet | None:
     """The prompt sheet in a scan or photograph, or None if there is none; its marks say how large it is.
 
-    Raises
-    ------
-    InputError
-        There are marks of a sheet, but too few; or its codes cannot be read.
+    Raises InputError: there are marks of a sheet, but too few; or its codes cannot be read.
     """
     from handout.prompting.sheet_detection import find_sheet, printed_on, rectify
 
@@ -305,7 +292,7 @@ def filled_sheet(scan: Scan | FilePicture) -> FilledSheet | None:
 
 def refuse_mirrored(scan: Scan | FilePicture) -> None:
     """Raise InputError for the mirror image of a sheet."""
-    from handout.prompting.registration import register
+    from handout.prompting.sheet_layout import register
 
     try:
         mirrored = register(np.ascontiguousarray(scan.rgb[:, ::-1])) is not None
@@ -392,14 +379,10 @@ def find_turn(inked: Inked, transcript: str, rng: np.random.Generator) -> int:
     Parameters
     ----------
     inked : Inked
-    transcript : str
-        What is written on the page.
+    transcript : what is written on the page.
     rng : numpy.random.Generator
 
-    Raises
-    ------
-    InputError
-        The page is mirrored, shows two columns, or has another size or another text.
+    Raises InputError: the page is mirrored, shows two columns, or has another size or another text.
     """
     lines = read_transcript(transcript)
     ink, dpi = inked.mask.ink, inked.prepared.scan.dpi

@@ -83,19 +83,12 @@ def tag_page(
     Parameters
     ----------
     written : WrittenPage
-    transcript : str
-        What is written on it; words struck out as ``~~words~~`` are no letters of the hand.
-    rng : numpy.random.Generator
-        The same generator gives the same page.
-    method : function
-        Of the alignment, as `alignment.align` takes it.
-    tell : function, optional
-        Told how far it has come.
+    transcript : what is written on it; words struck out as ``~~words~~`` are no letters of the hand.
+    rng : the same generator gives the same page.
+    method : of the alignment, as `alignment.align` takes it.
+    tell : told how far it has come.
 
-    Raises
-    ------
-    InputError
-        As `align`: an empty transcript, a page without lines, the transcript of another page.
+    Raises InputError: as `align`: an empty transcript, a page without lines, the transcript of another page.
 
     Source: seed 000, §5.1.3.
     """
@@ -172,10 +165,7 @@ def tag_labelled_page(written: WrittenPage, transcript: str, graphemes_at: Indic
     transcript : str
     graphemes_at : (n,) int: index of the grapheme of the transcript that each vertex belongs to, −1 for none.
 
-    Raises
-    ------
-    InputError
-        The page has no lines.
+    Raises InputError: the page has no lines.
     """
     if not written.text_lines.lines:
         raise InputError("no line of writing was found, so its letters stand nowhere.")
@@ -207,10 +197,7 @@ def _labelled_alignment(written: WrittenPage, units: Sequence[str], graphemes_at
 def hand_of_pages(name: str, pages: Sequence[TaggedPage], title: str = "") -> ScannedHand:
     """The hand that some pages show.
 
-    Raises
-    ------
-    InputError
-        No page, or not a single letter on them.
+    Raises InputError: no page, or not a single letter on them.
     """
     glyphs: list[ScannedGlyph] = []
     for number, tagged in enumerate(pages):
@@ -226,10 +213,7 @@ def hand_of_pages(name: str, pages: Sequence[TaggedPage], title: str = "") -> Sc
 def pen_of_pages(name: str, pages: Sequence[WrittenPage]) -> ScannedHand:
     """What a pen writes like: pages of anything drawn with it, none of whose letters are known.
 
-    Raises
-    ------
-    InputError
-        No page.
+    Raises InputError: no page.
     """
     if not pages:
         raise InputError(f"{name}: no page, so there is no pen to keep.")

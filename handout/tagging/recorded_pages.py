@@ -123,10 +123,7 @@ class RecordedPiece:
 def labelled_pieces(name: str, drawing: Drawing) -> list[RecordedPiece]:
     """What a recording's labels name, in its order: texts, else words, else letters.
 
-    Raises
-    ------
-    InputError
-        There are no labels.
+    Raises InputError: there are no labels.
     """
     segments = [s for s in drawing.about.get("segments", ()) if s["label"].strip() and s["strokes"]]
     letters = [s for s in segments if s["level"] == "CHARACTER"]
@@ -251,10 +248,7 @@ def recorded_pages(recordings: Sequence[RecordedPage], say: Say) -> list[Recorde
     recordings : with drawings of any format; without a text, a recording's own labels are taken.
     say : takes sentences to show the user.
 
-    Raises
-    ------
-    InputError
-        Nothing written, no text and no labels, or writing of which the size cannot be told.
+    Raises InputError: nothing written, no text and no labels, or writing of which the size cannot be told.
     """
     pages, pieces = list[RecordedPage](), list[RecordedPiece]()
     for recording in recordings:

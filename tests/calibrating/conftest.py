@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from handout import profiles
-from handout.calibrating import ink_samples, pen_reference, store
+from handout.calibrating import calibrated_ink, pen_reference, store
 from handout.calibrating.pages import chart_pages
 from handout.calibrating.wizard import CalibrationTask, Step, Wizard
 from handout.colour import table
@@ -22,7 +22,7 @@ from handout.simulated.scanner import Flatbed
 DPI = 80
 
 
-_of_hand, _writing, _match = cache(ink_samples.of_hand), pen_reference.writing, pen_reference.match
+_of_hand, _writing, _match = cache(calibrated_ink.of_hand), pen_reference.writing, pen_reference.match
 _written = {}  # by the hand's name: no test here keeps a hand of its own
 _matched = {}  # by what was compared
 
@@ -43,7 +43,7 @@ def ink_of_hands(monkeypatch):
         return _matched[key]
 
     monkeypatch.setattr(pen_reference, "match", match)
-    monkeypatch.setattr(ink_samples, "of_hand", _of_hand)
+    monkeypatch.setattr(calibrated_ink, "of_hand", _of_hand)
     monkeypatch.setattr(pen_reference, "writing", writing)
 
 

@@ -6,7 +6,7 @@ import pytest
 import scans
 
 from handout.errors import InputError
-from handout.prompting import registration, sheet_codes, sheet_detection
+from handout.prompting import sheet_codes, sheet_detection, sheet_layout
 from handout.prompting.sheet_detection import find_sheet, rectify
 from handout.prompting.sheet_layout import MARK_CORNERS, PAPERS, mark_corners
 
@@ -126,7 +126,7 @@ def test_one_spoilt_code_is_made_up_for_and_two_are_not(drawn, prompt):
 def test_codes_are_read_where_the_paper_has_moved(drawn):
     """A sheet that is not flat: codes lie off by most of a module, more than a plane explains."""
     image, _ = scans.scanned(drawn, 200)
-    found = registration.register(image)
+    found = sheet_layout.register(image)
     boxes = sheet_detection.SheetLayout(A4).codes
     moved = boxes + np.array([0.35, -0.3, 0.35, -0.3])
     assert len(sheet_codes.read_codes(image, found, moved)) == 6
@@ -147,7 +147,7 @@ def test_a_rectified_page_is_upright_and_in_its_place(drawn, colours):
     sheet = find_sheet(image)
     upright = rectify(image, sheet, 200)
     assert upright.shape == ((2339, 1654) if colours == 1 else (2339, 1654, 3))
-    grey = registration.in_grey(upright)
+    grey = sheet_layout.in_grey(upright)
     again = find_sheet(upright)
     assert again.dpi == pytest.approx(200, rel=1e-4) and abs(turn(again)) < 1e-4
     truth = np.array([[200 / 25.4, 0, -0.5], [0, 200 / 25.4, -0.5], [0, 0, 1]])

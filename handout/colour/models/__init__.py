@@ -61,10 +61,7 @@ def fit(patches: Patches, method: str = "forward") -> Model:
         ``tps``: thin-plate splines scanned → device, smoothed by the measured noise.
         ``tps-haines2016``: the paper's exact thin-plate splines scanned → device; noise goes into them as it is.
 
-    Raises
-    ------
-    InputError
-        An unknown method; a model that misses its own patches by more than ΔE00 3 on average.
+    Raises InputError: an unknown method; a model that misses its own patches by more than ΔE00 3 on average.
 
     Source: seed 000, §7.1.
     """

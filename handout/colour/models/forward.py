@@ -36,11 +36,8 @@ class Patches:
     scanned : (n, 3) float, about 0–1: robust mean of each patch as the scanner saw it, flat-fielded.
     deviation : (n,) float, in the unit of `scanned`: standard error of each mean; NaN where it is not known.
 
-    Raises
-    ------
-    InputError
-        Arrays of other shapes, fewer than 100 patches, numbers out of bounds, a chart that does not vary; the message
-        names the patch, counted from 1.
+    Raises InputError: arrays of other shapes, fewer than 100 patches, numbers out of bounds, a chart that does not
+    vary; the message names the patch, counted from 1.
     """
 
     device: Array

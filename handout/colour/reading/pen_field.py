@@ -129,10 +129,7 @@ def file_beside(patches: Path) -> Path:
 def save(scribble: Scribble, path: Path) -> None:
     """Write one to a file; the same one gives the same bytes.
 
-    Raises
-    ------
-    InputError
-        It cannot be written.
+    Raises InputError: it cannot be written.
     """
     out = io.BytesIO()
     pixels = np.rint(np.clip(scribble.picture, 0, 1) * _FULL).astype(np.uint16)
