@@ -38,7 +38,7 @@ _ALIKE = 3  # traversals kept that have covered the same branches and stand at t
 _LIFTS = 6  # places where a lifted pen may land
 _DEEP = 7  # branches that are retraced in one go
 _ROUNDED = 1e-9  # costs that differ less may be equal
-_FREE = 5.0  # what it may cost to go back at the end over a line whose ink does not tell of it; set on one writer's words
+_FREE = 5.0  # of going back, at the end, over a line whose ink does not tell of it; set on one writer's words
 _PLACES = 6  # of a branch that are compared with a form
 
 _Strokes: TypeAlias = tuple[tuple[int, ...], ...]
