@@ -14,6 +14,7 @@ from handout.web.calls import (
     Approval,
     AskedPort,
     DrawnPlot,
+    EditedRow,
     MadeBatch,
     NewBatch,
     NewPlot,
@@ -25,6 +26,7 @@ from handout.web.hands import find_upload, put_beside
 from handout.web.routes import Handle, Way, json_answer
 from handout.web.studio import TABLES, Studio
 from handout.web.tasks import TYPES, follow_task, task_of
+from handout.web.webhooks import check_address, tell_ended
 from handout.web.worker import Call
 
 _KEPT = re.compile(r"[a-z]{3}\d\d-\d{1,5}")  # as `plotting.jobs.store` calls plots, and batches, too
@@ -143,6 +145,8 @@ async def try_batch(studio: Studio, request: Request, body: TriedBatch) -> Respo
 
 async def keep_batch(studio: Studio, request: Request, body: NewBatch) -> Response:
     """A batch is kept."""
+    if body.webhook is not None and (why := check_address(body.webhook.url, studio.hosts)):
+        raise HTTPException(422, f"webhook: {why}")
     table = None if body.table is None else find_upload(studio, body.table, *TABLES)
     name = "a text" if body.table is None else studio.uploads[body.table].name
     folder = studio.folder()
@@ -152,6 +156,13 @@ async def keep_batch(studio: Studio, request: Request, body: NewBatch) -> Respon
         return json_answer(await studio.answer("keeping a batch", call, studio.long))
     finally:
         shutil.rmtree(folder, ignore_errors=True)
+
+
+async def edit(studio: Studio, request: Request, body: EditedRow) -> Response:
+    """Cells of a row are changed."""
+    which = _idle(studio, request, "batch"), int(request.path_params["row"])
+    call = Call("batch_desk.edit_row", (*which, body.cells, body.was))
+    return json_answer(await studio.answer("a row", call, studio.long))
 
 
 async def prove(studio: Studio, request: Request, body: None) -> Response:
@@ -165,7 +176,9 @@ async def make(studio: Studio, request: Request, body: MadeBatch) -> Response:
     """A batch is printed or plotted, or gone on with."""
     name = _idle(studio, request, "batch")
     call = Call("batch_desk.make_batch", (name, body.ports, body.at_zero), listens=True, moves=True)
-    return await follow_task(request, await studio.attend(body.ports, f"batch {name}", call))
+    task = await studio.attend(body.ports, f"batch {name}", call)
+    studio.run_beside(tell_ended(studio, name, task))
+    return await follow_task(request, task)
 
 
 async def file(studio: Studio, request: Request, body: None) -> Response:
@@ -204,6 +217,8 @@ ROUTES = (
         try_batch, body=TriedBatch),
     Way("GET", _BATCH, "A batch: its rows, what its proof says of them, and what its journal says became of them",
         _show_one("batch", "batch_desk.show_batch")),
+    Way("POST", f"{_BATCH}/rows/{{row:int}}", "The cells of a row by its number in the file; change some before it is "
+        "approved, and make the proof anew", edit, body=EditedRow),
     Way("POST", f"{_BATCH}/proof", "Make the proof of a batch: every page, small, and what to look at", prove),
     Way("POST", f"{_BATCH}/approval", "Approve the proof: what is made then is what was looked at, or nothing",
         _show_one("batch", "batch_desk.approve_batch"), body=Approval),

@@ -9,7 +9,7 @@ import secrets
 import shutil
 import tempfile
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Coroutine, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -20,7 +20,7 @@ from handout import atomic
 from handout.web.worker import HALTS, Call
 from handout.web.workers import Lane, LaneFull, Task
 
-TABLES = (".csv", ".tsv", ".txt", ".xlsx")
+TABLES = (".csv", ".tsv", ".txt", ".xlsx", ".vcf")
 PICTURES = (".png", ".jpg", ".jpeg", ".webp")  # in letters
 SUFFIXES = (*PICTURES, ".tif", ".tiff", ".pdf", ".bmp", ".hand", *TABLES)  # of uploads
 _MOST_UPLOADS, _MOST_BYTES = 40, 1 << 30  # kept at once; a hand of ten pages at 600 dpi is a third of that
@@ -56,6 +56,7 @@ class Studio:
     hands: Mapping[str, Path] = field(default_factory=dict)
     start: str = ""
     styles: Mapping[str, Path] = field(default_factory=dict)
+    hosts: frozenset[str] = frozenset()  # beside this computer, that webhooks may lead to
     token: str = field(default_factory=lambda: secrets.token_urlsafe(32))
     uploads: dict[str, Upload] = field(default_factory=dict)
     tasks: dict[str, Task] = field(default_factory=dict)
@@ -144,6 +145,12 @@ class Studio:
             self.tasks.pop(task.id, None)
         raise_refused(task)
         return task.facts
+
+    def run_beside(self, work: Coroutine[Any, Any, None]) -> None:
+        """Have something done for which nobody waits."""
+        task = asyncio.ensure_future(work)
+        self.running.add(task)
+        task.add_done_callback(self.running.discard)
 
     def keep_soon(self, hand: str, after: float = _QUIET) -> None:
         """Have the corrections of a hand taken into its file, once there were no more of them for a while."""
