@@ -88,8 +88,6 @@ def guided_search(
     ends: Ends = NO_ENDS,
     *,
     weights: CostWeights = WEIGHTS,
-    most: int = 1,
-    width: int = _GUIDED,
 ) -> list[Traversal]:
     """The traversals that follow each of some guides best, with what they cost without a guide; see `beam_search`."""
     costs = edge_costs(net, x_height, ends, weights)
@@ -97,7 +95,7 @@ def guided_search(
     guided = {
         strokes
         for guide in guides
-        for _, strokes in _search(_with_guide(costs, guide), np.add(first, guide.first).tolist(), weights, most, width)
+        for _, strokes in _search(_with_guide(costs, guide), np.add(first, guide.first).tolist(), weights, 1, _GUIDED)
     }
     return [Traversal(strokes, _cost(strokes, costs, first, weights)) for strokes in sorted(guided)]
 
@@ -195,17 +193,14 @@ def _steps(state: _State, costs: EdgeCosts, weights: CostWeights, reached: list[
 
 
 def _ways_out(state: _State, costs: EdgeCosts, free: float = 0.0) -> list[_State]:
-    """A traversal before the pen is lifted, and after it has gone back over what was passed once.
-
-    free : what going back may cost; where that is less than what the ink tells of passing twice, it always may.
-    """
+    """A traversal before the pen is lifted, and after it has gone back where ink tells so or costs are under `free`."""
     found = [state]
     for before in found:
         cost, arrived, covered, twice, thrice, _, _ = before
         for end, turning in costs.turning[arrived ^ 1]:
             bit = 1 << (end >> 1)
-            back = cost - state[0] + turning + costs.again[end] - costs.once[end >> 1]
-            if covered & bit and not twice & bit and (turning + costs.again[end] < costs.once[end >> 1] or back < free):
+            more = turning + costs.again[end] - costs.once[end >> 1]
+            if covered & bit and not twice & bit and (more < 0 or cost - state[0] + more < free):
                 found.append((cost + turning + costs.again[end], end, covered, twice | bit, thrice, before, False))
     return found
 
