@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from handout.colour import cgats, chart_files, conversions
-from handout.colour.patches import Patches
+from handout.colour.models.forward import Patches
 from handout.values import Array
 
 INVERSES = {"B2A table": "b", "A2B inverted": "if"}  # of a profile, as xicclu calls them

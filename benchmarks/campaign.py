@@ -34,7 +34,7 @@ from handout.pipeline.plotting import AtPlotter, ReportFile
 from handout.pipeline.results import Attendant
 from handout.plotting import bed
 from handout.plotting.jobs import runner, store
-from handout.plotting.jobs.job import JobOptions
+from handout.plotting.jobs.store import JobOptions
 from handout.printing import journal
 from handout.printing.batch import BatchOptions, PrinterWay, PrintSpool, make_rows
 from handout.printing.journal import ENVELOPE, Journal, Piece

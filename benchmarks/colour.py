@@ -20,11 +20,12 @@ from handout.colour import METHODS, conversions
 from handout.colour.chart import chart as calibration_chart
 from handout.colour.chart_files import render
 from handout.colour.models import fit, splines
-from handout.colour.patches import Patches
+from handout.colour.models.forward import Patches
 from handout.colour.reading import read_scans
 from handout.colour.reading.scan_files import ChartScan
 from handout.colour.table import ColourTable, apply, build
-from handout.simulated.printer import Flatbed, Inkjet
+from handout.simulated.printer import Inkjet
+from handout.simulated.scanner import Flatbed
 from handout.values import Array, Raster
 from handout_lab.offset_press import Measured
 

@@ -27,7 +27,7 @@ from benchmarks import faults
 from benchmarks.faults import MACHINES, Desk, Endless, Extent, Machine, Run, profile_of
 from handout.errors import HandoutError, InputError, PrinterError
 from handout.journal_lines import seal
-from handout.plotting.driving.driver import connect
+from handout.plotting.driver import connect
 from handout.plotting.jobs.journal import PlotJournal as PlotJournal
 from handout.plotting.jobs.journal import read_progress
 from handout.plotting.jobs.places import START, DrawnPlace

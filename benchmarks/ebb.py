@@ -7,9 +7,8 @@ import numpy as np
 
 from benchmarks.plot import HANDS, TEXT, written
 from handout import profiles
-from handout.plotting import open_port, plan, run
-from handout.plotting.driving import fidelity
-from handout.plotting.planning.blocks import Timed
+from handout.plotting import observation, open_port, plan, run
+from handout.plotting.dialects import Timed
 from handout.profiles import Acceleration, Plotter
 from handout.simulated.plotter import SimulatedPlotter
 from handout.values import Array, Drawing
@@ -53,7 +52,7 @@ def _line(drawing: Drawing, profile: Plotter, firmware: str) -> str:
     assert isinstance(port, SimulatedPlotter)
     report = run(made, port, profile)
     executed = port.executed_drawing()
-    found, (rms, correlation) = fidelity.compare(drawing, executed), in_time(drawing, executed)
+    found, (rms, correlation) = observation.compare_strokes(drawing, executed), in_time(drawing, executed)
     slices = [block.seconds for block in made.blocks if isinstance(block, Timed)]
     return (
         f"{rms:6.2%} {correlation:.4f} | {found.rms:6.2%} | {found.deviation:.3f} | {made.stretched:.3f} | "

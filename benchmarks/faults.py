@@ -49,11 +49,10 @@ import numpy as np
 import handout
 from handout import profiles, signals
 from handout.errors import DeviceError
-from handout.plotting import plan
+from handout.plotting import overlap, plan
 from handout.plotting.dialects import dialect
-from handout.plotting.driving import overlap
 from handout.plotting.jobs import runner, store
-from handout.plotting.jobs.job import JobOptions as JobOptions
+from handout.plotting.jobs.store import JobOptions as JobOptions
 from handout.plotting.planning.hooking import without_pots
 from handout.profiles import Hooks, Length, Plotter
 from handout.simulated.plotter import NetworkedPlotter, SimulatedPlotter

@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 
 from handout.alphabet import LETTERS, SPACE, THIRDS
 from handout.progress import Tell, silent
-from handout.scanning.skeleton import skeleton_graph
+from handout.scanning.skeleton import skeleton, without_spurs
 from handout.tagging.decoder import Decoded
 from handout.tagging.line_space import INKY, STEP, X_HEIGHT, Image
 from handout.tagging.transcript import TranscriptLine
@@ -56,7 +56,8 @@ def column_features(image: Image) -> NDArray[np.float32]:
     ink = image > INKY
     count = -(-image.shape[1] // STEP)
     total = np.zeros((count, FEATURES), dtype=np.float32)
-    xy, edges = skeleton_graph(ink, np.asarray(cv2.distanceTransform(ink.astype(np.uint8), cv2.DIST_L2, 5)))
+    inside = np.asarray(cv2.distanceTransform(ink.astype(np.uint8), cv2.DIST_L2, 5), dtype=np.float32)
+    xy, edges = without_spurs(*skeleton(ink), inside)
     if not len(xy):
         return total
     ones = np.ones(len(xy))
@@ -72,8 +73,7 @@ def trained_forest(rng: np.random.Generator, lines: int = _LINES) -> RandomFores
     from sklearn.ensemble import RandomForestClassifier
 
     from handout.prompting import corpus
-    from handout.tagging.synthetic_lines import column_states, synthetic_lines
-    from handout.tagging.synthetic_writers import built_in_hands
+    from handout.tagging.synthetic_lines import built_in_hands, column_states, synthetic_lines
 
     features, letters = [], []
     for made in synthetic_lines(built_in_hands(), corpus.shipped_sentences(), lines, rng):

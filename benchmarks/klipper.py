@@ -24,10 +24,9 @@ import numpy as np
 
 from benchmarks.plot import TEXT, written
 from handout import profiles
-from handout.plotting import Plan, plan, run
+from handout.plotting import Plan, observation, plan, run
 from handout.plotting.bed import BedPlacement
 from handout.plotting.dialects import dialect
-from handout.plotting.driving import fidelity
 from handout.profiles import Plotter
 from handout.simulated.plotter import SimulatedPlotter
 from handout.simulated.plotter.paper import strokes
@@ -186,6 +185,6 @@ def main() -> None:
             run(made, port, profile)
             print(f"  {device:<14} {hand:<13} {len(real.strokes)} strokes")
             for title, other in (("plan", made.predicted_drawing()), ("simulated", port.executed_drawing())):
-                told = fidelity.compare(other, real)
+                told = observation.compare_strokes(other, real)
                 speeds = f"{told.timed:.4f} {told.timed_rms:6.2%}"
                 print(f"    {title:<10} {told.deviation:.3f} mm  {speeds}  {told.stretched:.4f}")

@@ -10,16 +10,17 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator
-from contextlib import AbstractContextManager, nullcontext
+from contextlib import AbstractContextManager
 from unittest.mock import patch
 
 import numpy as np
 
 from benchmarks.haines_2016 import by_chain
-from benchmarks.reading import HANDS, PENS, written
+from benchmarks.reading import BY_HYSTERESIS, HANDS, PENS, written
 from handout.scanning.written_page import WrittenPage
 from handout.tagging.alignment import Method
 from handout.tagging.page_tagging import tag_page
+from handout.tagging.segmentation import by_segments, by_segments_once
 from handout_lab.author import page_score
 from handout_lab.author.truth import Simulated
 
@@ -27,13 +28,13 @@ RESOLUTIONS = (300, 600)
 LETTERS, SPLITS = 0.97, 0.95  # goals
 
 
-def read(simulated: Simulated, method: str = "cut") -> tuple[WrittenPage, float]:
+def read(simulated: Simulated) -> tuple[WrittenPage, float]:
     """The page read, and the CPU seconds of it."""
     begin = time.process_time()
-    return page_score.read(simulated, method=method), time.process_time() - begin
+    return page_score.read(simulated), time.process_time() - begin
 
 
-def row(name: str, simulated: Simulated, page: tuple[WrittenPage, float], method: str | Method = "segments") -> str:
+def row(name: str, simulated: Simulated, page: tuple[WrittenPage, float], method: Method = by_segments) -> str:
     """A line of the table; ! marks what misses its goal."""
     begin = time.process_time()
     made = tag_page(page[0], page_score.transcript(simulated), rng=np.random.default_rng(1), method=method)
@@ -48,10 +49,10 @@ def row(name: str, simulated: Simulated, page: tuple[WrittenPage, float], method
     )
 
 
-def ablations() -> Iterator[tuple[str, str, AbstractContextManager[object]]]:
-    """Name, method of the mask, and what is changed while the page is read."""
-    yield "no smoothing", "cut", patch("handout.scanning.mask.smooth", lambda ink: ink)
-    yield "hysteresis for the cut", "hysteresis", nullcontext()
+def ablations() -> Iterator[tuple[str, AbstractContextManager[object]]]:
+    """Name, and what is changed while the page is read."""
+    yield "no smoothing", patch("handout.scanning.mask.smooth", lambda ink: ink)
+    yield "hysteresis for the cut", BY_HYSTERESIS
 
 
 def main() -> None:
@@ -71,9 +72,9 @@ def steps(pen: str) -> None:
     simulated = written(pen, HANDS[0], RESOLUTIONS[0])
     page, name = read(simulated), f"{RESOLUTIONS[0]} {pen}"
     print(row(f"{name} all steps", simulated, page), flush=True)
-    print(row(f"{name} no self-training", simulated, page, "segments-once"), flush=True)
+    print(row(f"{name} no self-training", simulated, page, by_segments_once), flush=True)
     print(row(f"{name} chain haines_2016", simulated, page, by_chain), flush=True)
-    for change, method, changed in ablations():
+    for change, changed in ablations():
         with changed:
-            page = read(simulated, method)
+            page = read(simulated)
         print(row(f"{name} {change}", simulated, page), flush=True)

@@ -25,10 +25,10 @@ import numpy as np
 
 from benchmarks import ebb, plot
 from handout.errors import DeviceError
-from handout.plotting.driving import fidelity
-from handout.plotting.driving.driver import PlotReport
+from handout.plotting import observation
+from handout.plotting.driver import PlotReport
 from handout.plotting.jobs import runner, store
-from handout.plotting.jobs.job import JobOptions as JobOptions
+from handout.plotting.jobs.store import JobOptions as JobOptions
 from handout.plotting.ports import Port
 from handout.profiles import Plotter
 from handout.simulated.plotter import SimulatedPlotter
@@ -130,11 +130,11 @@ def rests(meant: Drawing, executed: Drawing) -> list[tuple[int, float, float]]:
     """
     found = []
     for number, (a, b) in enumerate(zip(meant.strokes, executed.strokes, strict=True)):
-        if not fidelity.moves(a, b):
+        if not observation.goes_somewhere(a, b):
             continue
         moved = np.append(True, np.any(np.diff(b.xy, axis=0) != 0.0, axis=1))
-        clock, way = b.t[moved], fidelity.along_path(b.xy[moved])
-        whole = fidelity.along_path(a.xy)
+        clock, way = b.t[moved], observation.along_path(b.xy[moved])
+        whole = observation.along_path(a.xy)
         there = np.interp(np.stack([way[:-1] - _STEP, way[1:] + _STEP]) * whole[-1] / way[-1], whole, a.t)
         still = np.diff(clock) - (there[1] - there[0])
         found += [(number, float(clock[at] - clock[0]), float(still[at])) for at in np.flatnonzero(still > REST)]

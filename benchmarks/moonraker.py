@@ -39,7 +39,7 @@ from handout.errors import DeviceError
 from handout.plotting import bed, open_port
 from handout.plotting.dialects import dialect
 from handout.plotting.jobs import runner, store
-from handout.plotting.jobs.job import JobOptions
+from handout.plotting.jobs.store import JobOptions
 from handout.plotting.ports import Port
 from handout.profiles import Plotter
 from handout.values import Drawing

@@ -249,7 +249,7 @@ def _workbooks(folder: Path) -> None:
 
 def _chart(folder: Path) -> None:
     from handout.colour import cgats, chart_files
-    from handout.colour.patches import Patches
+    from handout.colour.models.forward import Patches
 
     grid = np.stack(np.meshgrid(*[np.linspace(0, 1, 6)] * 3), axis=-1).reshape(-1, 3)
     patches = Patches(grid, 0.1 + 0.8 * grid**1.2, np.full(len(grid), 0.002))

@@ -86,9 +86,9 @@ def _spoilt(written: WrittenPage, rgb: NDArray[np.uint8], more: Bools) -> Scanne
     """The page with another picture, `more` of which was taken for ink."""
     scan = replace(written.scan, rgb=rgb)
     mask = replace(written.mask, ink=written.mask.ink | more)
-    prepared = PreparedScan(scan, written.paper, written.inks, written.density.scale, {})
+    prepared = PreparedScan(scan, written.paper, written.inks, written.density.scale)
     density = find_density(flatten(scan, written.paper), written.inks, written.density.scale)
-    return _kept(scanned_page(finish(Inked(prepared, density, mask, written.text_lines, {})), ""))
+    return _kept(scanned_page(finish(Inked(prepared, density, mask, written.text_lines)), ""))
 
 
 def faint(written: WrittenPage, rng: np.random.Generator) -> Iterator[Fault]:
@@ -102,8 +102,8 @@ def faint(written: WrittenPage, rng: np.random.Generator) -> Iterator[Fault]:
         mask = replace(written.mask, ink=find_mask(level, inks, density, written.mask.pen).ink)
     except InputError:  # nothing is left of a pale pen
         return
-    prepared = PreparedScan(written.scan, written.paper, inks, density.scale, {})
-    page = _kept(scanned_page(finish(Inked(prepared, density, mask, written.text_lines, {})), ""))
+    prepared = PreparedScan(written.scan, written.paper, inks, density.scale)
+    page = _kept(scanned_page(finish(Inked(prepared, density, mask, written.text_lines)), ""))
     truth = ink_of(scanned_page(written, ""))
     missing = truth & ~_grown(ink_of(page), _RIM)
     count, labels, stats, _ = cv2.connectedComponentsWithStats(missing.astype(np.uint8), connectivity=8)

@@ -15,13 +15,11 @@ import numpy as np
 
 import handout
 from handout import profiles
-from handout.plotting import Plan, plan, run
-from handout.plotting.dialects import dialect
-from handout.plotting.driving import fidelity
-from handout.plotting.driving.driver import PlotReport
-from handout.plotting.driving.overlap import OVERLAP
+from handout.plotting import Plan, observation, plan, run
+from handout.plotting.dialects import MoveBlock, dialect
+from handout.plotting.driver import PlotReport
+from handout.plotting.overlap import OVERLAP
 from handout.plotting.planning import lookahead
-from handout.plotting.planning.blocks import MoveBlock
 from handout.plotting.planning.plan import Order
 from handout.plotting.planning.toolpath import DRAW, machine_of, start_times
 from handout.profiles import Acceleration, Length, Plotter, Speed
@@ -87,11 +85,11 @@ def with_mean_feeds(made: Plan) -> Plan:
     return dataclasses.replace(made, blocks=blocks, motion=motion, starts=start_times(way, motion, made.profile))
 
 
-def execute(made: Plan, latency: float = 0.001, overlap: float = OVERLAP) -> tuple[fidelity.Fidelity, PlotReport]:
+def execute(made: Plan, latency: float = 0.001, overlap: float = OVERLAP) -> tuple[observation.Fidelity, PlotReport]:
     """What the simulated plotter makes of a plan."""
     port = SimulatedPlotter(made.profile, SimulatorOptions(latency=latency))
     report = run(made, port, made.profile, overlap=overlap)
-    return fidelity.compare(made.intended_drawing(), port.executed_drawing()), report
+    return observation.compare_strokes(made.intended_drawing(), port.executed_drawing()), report
 
 
 def fidelity_of_hands() -> None:
@@ -105,7 +103,9 @@ def fidelity_of_hands() -> None:
             mean = with_mean_feeds(made)
             ours, report = execute(made)
             naive, _ = execute(mean)
-            predicted = [fidelity.compare(made.intended_drawing(), one.predicted_drawing()) for one in (made, mean)]
+            predicted = [
+                observation.compare_strokes(made.intended_drawing(), one.predicted_drawing()) for one in (made, mean)
+            ]
             print(f"  {hand:<13} fitted, predicted   {_figures(predicted[0])}")
             print(f"  {'':<13} fitted, simulated   {_figures(ours)}  {report.executed_s / made.duration:.4f}")
             print(f"  {'':<13} mean F, predicted   {_figures(predicted[1])}")
@@ -115,7 +115,7 @@ def fidelity_of_hands() -> None:
             )
 
 
-def _figures(found: fidelity.Fidelity) -> str:
+def _figures(found: observation.Fidelity) -> str:
     return (
         f"{found.timed:.4f} {found.timed_rms:6.2%} / {found.correlation:.4f} {found.rms:6.2%}  "
         f"{found.stretched:.4f}  {found.deviation:.3f}"

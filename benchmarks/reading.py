@@ -21,6 +21,7 @@ import numpy as np
 from handout.hand.library import load
 from handout.inking.pen import usual
 from handout.page_sizes import page
+from handout.scanning.mask import hysteresis
 from handout.scanning.scan import Scan
 from handout.scanning.written_page import WrittenPage, read_page
 from handout.writing.layout import Layout
@@ -33,6 +34,9 @@ HANDS = ("house-joined", "house-quick")
 TEXT = (Path(__file__).parent / "three-hundred-words.txt").read_text(encoding="utf-8").strip()[:900]
 GOALS = {300: 0.85, 600: 0.90}
 PENCIL, PATH, RECOMPOSED = 0.80, 0.97, 1.0
+BY_HYSTERESIS = patch(
+    "handout.scanning.mask.cut_ink", lambda scan, density, weights: hysteresis(density.values, density)
+)
 
 
 def written(pen: str, hand: str, dpi: int, seed: int = 5) -> Simulated:
@@ -66,10 +70,10 @@ def scores(simulated: Simulated, read: WrittenPage, seconds: float) -> dict[str,
     }
 
 
-def measure(simulated: Simulated, dpi: int, method: str = "cut") -> dict[str, float]:
+def measure(simulated: Simulated, dpi: int) -> dict[str, float]:
     """Read a page and score it."""
     begin = time.process_time()
-    read = read_page(Scan(simulated.image, float(dpi)), method=method)
+    read = read_page(Scan(simulated.image, float(dpi)))
     return scores(simulated, read, time.process_time() - begin)
 
 
@@ -86,13 +90,13 @@ def row(name: str, s: dict[str, float], goal: float) -> str:
     )
 
 
-def ablations() -> Iterator[tuple[str, str, AbstractContextManager[object]]]:
-    """Name, method, and what is changed while it is read."""
-    yield "all steps", "cut", nullcontext()
-    yield "no smoothing", "cut", patch("handout.scanning.mask.smooth", lambda ink: ink)
-    yield "hysteresis for the cut", "hysteresis", nullcontext()
+def ablations() -> Iterator[tuple[str, AbstractContextManager[object]]]:
+    """Name, and what is changed while it is read."""
+    yield "all steps", nullcontext()
+    yield "no smoothing", patch("handout.scanning.mask.smooth", lambda ink: ink)
+    yield "hysteresis for the cut", BY_HYSTERESIS
     whole = patch("handout.scanning.line_graph.separate_strokes", lambda xy, edges, *_: (xy, edges))
-    yield "strokes not taken apart", "cut", whole
+    yield "strokes not taken apart", whole
 
 
 def main() -> None:
@@ -111,7 +115,7 @@ def main() -> None:
     for dpi in GOALS:
         for pen in ("ballpoint", "pencil"):
             simulated = written(pen, HANDS[0], dpi)
-            for name, method, change in ablations():
+            for name, change in ablations():
                 with change:
                     goal = PENCIL if pen == "pencil" else GOALS[dpi]
-                    print(row(f"{dpi} {pen} {name}", measure(simulated, dpi, method), goal), flush=True)
+                    print(row(f"{dpi} {pen} {name}", measure(simulated, dpi), goal), flush=True)

@@ -12,27 +12,27 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from handout.calibrating.ink_samples import lay_on
+from handout.calibrating.calibrated_ink import lay_on
 from handout.calibrating.pen_reference import at_dpi
-from handout.colour import conversions, gamut
+from handout.colour import conversions
 from handout.colour.chart import chart
 from handout.colour.chart_files import render
-from handout.colour.ink_match import match
+from handout.colour.ink_match import density_of, match
 from handout.colour.models import fit
-from handout.colour.patches import Patches
-from handout.colour.pen_lines import density_of
+from handout.colour.models.forward import Patches
 from handout.colour.reading import ChartScan, read_scans
 from handout.colour.reading.pen_field import Scribble
-from handout.colour.table import ColourTable, apply, build
+from handout.colour.table import SEEN, ColourTable, apply, build, reach
 from handout.hand.library import find
 from handout.inking import pens
 from handout.inking.pen import rgb, usual
 from handout.motion.trace import trace
 from handout.page_sizes import page
-from handout.simulated import spectra
-from handout.simulated.printer import Flatbed, Inkjet, SimulatedSheet, inkjet, pen
-from handout.simulated.scanner.flatbed import SETTINGS
-from handout.simulated.sheet import WrittenSheet
+from handout.simulated import print_and_scan, printer, spectra
+from handout.simulated.flatbed import SETTINGS
+from handout.simulated.printer import Inkjet
+from handout.simulated.scanner import Flatbed
+from handout.simulated.spectra import SimulatedSheet, WrittenSheet
 from handout.values import Array, Raster
 from handout.writing.compose import compose
 from handout.writing.layout import Layout
@@ -95,9 +95,9 @@ def amount(model: str, text: str, size: str, seed: int) -> NDArray[np.float32]:
     layout = Layout(page(size), (1.0, 1.0, 1.0, 1.0), x_height=2.2, fit=True)
     rng = np.random.default_rng([seed])
     drawing = trace(compose(text, hand, layout, rng, pages=1)[0], hand, rng)
-    pen = usual(model)
-    rgba = pens.ink(drawing, FINE, pen, pens.noise({"seed": seed})).rgba
-    colour = np.asarray(rgb(pen.colour))
+    kind = usual(model)
+    rgba = pens.ink(drawing, FINE, kind, pens.noise({"seed": seed})).rgba
+    colour = np.asarray(rgb(kind.colour))
     k = int(colour.argmin())
     return np.asarray(np.log(np.maximum(1 - rgba[..., 3] * (1 - rgba[..., k]), 1e-3)) / np.log(max(colour[k], 1e-3)))
 
@@ -111,7 +111,7 @@ def calibrated(flatbed: Flatbed, paper: str, inks: dict[str, Ink]) -> dict[str, 
         small = amount(model, FRAME, "118x20mm", 100 + number)
         rows = np.flatnonzero(small.max(axis=1) > 0.3)
         small = small[max(0, rows[0] - 12) :]
-        written = pen.write_on_sheet(sheet, first.scribble_field, small, FINE, spectrum(lobes))
+        written = print_and_scan.write_on_sheet(sheet, first.scribble_field, small, FINE, spectrum(lobes))
         picture = flatbed.scan(written, DPI, np.random.default_rng(number))
         reading = read_scans([ChartScan(picture, (DPI, DPI), ink)])
         if colours is None:
@@ -129,7 +129,7 @@ def judged(name: str, ink: Ink, scribble: Scribble, colours: ColourTable, papers
     bare = np.zeros((round(40 / 25.4 * FINE), round(150 / 25.4 * FINE)), dtype=np.int32)
 
     def sheet(paper: str) -> SimulatedSheet:
-        white = inkjet.PAPERS[paper].spectrum
+        white = printer.PAPERS[paper].spectrum
         return SimulatedSheet(np.zeros((1, 4)), bare, lambda asked: np.repeat(white[None], len(asked), 0), FINE,
                      written=(WrittenSheet((0, 0), large.astype(np.float32), density),))  # fmt: skip
 
@@ -142,13 +142,13 @@ def judged(name: str, ink: Ink, scribble: Scribble, colours: ColourTable, papers
     assert found is not None, f"{name}: no match of the ink"
     # what is judged: parts of the pen's own lines, free of noise, whose spectra are known
     levels = np.random.default_rng(2).choice(large[large > 0.15], 400)
-    one, other = (inkjet.PAPERS[p].spectrum * 10 ** (-density * levels[:, None]) for p in papers)
+    one, other = (printer.PAPERS[p].spectrum * 10 ** (-density * levels[:, None]) for p in papers)
     seen = flatbed.see(one)
     clear = (seen / white).min(axis=1, keepdims=True)
     rgba = np.hstack([np.clip((seen - clear * white) / np.maximum(1 - clear, 1e-3), 0, 1), 1 - clear])
     outs = [Raster(part[None].astype(np.float32), DPI) for part in (rgba, found.inks(rgba))]
     wanted = np.clip(lay_on(np.asarray(outs[1].rgba[0], dtype=np.float64), np.asarray(colours.paper)), 0, 1)
-    reached = gamut.reach(wanted, colours).lost < gamut.SEEN
+    reached = reach(wanted, colours).lost < SEEN
     printed = []
     for out in outs:
         sent = apply(out, colours).rgba[0].astype(np.float64)

@@ -22,7 +22,8 @@ import numpy as np
 from benchmarks.haines_2016 import by_chain
 from handout.alphabet import SPACE
 from handout.scanning.written_page import WrittenPage, read_page
-from handout.tagging.alignment import METHODS, AlignedLine, Alignment, Method, PageLetter, align
+from handout.tagging.alignment import AlignedLine, Alignment, Method, PageLetter, align
+from handout.tagging.segmentation import by_segments, by_segments_once
 from handout.tagging.transcript import read_transcript
 
 GOALS = {"0013_1": 96, "0012_1": 96, "w0122": 96, "w0180": 96, "w0238": 93}
@@ -83,12 +84,14 @@ def share(alignment: Alignment, lines: Sequence[str], truth: Mapping[str, Any]) 
 def _variants(page: WrittenPage, lines: list[str]) -> Iterator[tuple[str, Alignment, float]]:
     """Name, alignment and CPU seconds of every way of aligning a page."""
     text = "\n".join(lines)
-    methods: dict[str, str | Method] = {**{name: name for name in METHODS}, "haines_2016": by_chain}
+    methods: dict[str, Method] = {
+        "segments": by_segments, "segments-once": by_segments_once, "haines_2016": by_chain,
+    }  # fmt: skip
     for name, method in methods.items():
         begin = time.process_time()
         yield name, align(page, text, method=method, rng=np.random.default_rng(1)), time.process_time() - begin
     begin = time.process_time()
-    free = align(page, re.sub(r"\s+", " ", text), method="segments-once", rng=np.random.default_rng(1))
+    free = align(page, re.sub(r"\s+", " ", text), method=by_segments_once, rng=np.random.default_rng(1))
     yield "segments-once, line breaks unknown", free, time.process_time() - begin
 
 

@@ -35,10 +35,7 @@ _RESERVED = re.compile(r"(con|prn|aux|nul|com[0-9¹²³]|lpt[0-9¹²³])\s*(\..*
 def open_together() -> Iterator[Callable[[Path], contextlib.AbstractContextManager[BinaryIO]]]:
     """Give a function that opens files as `open_file` does; all go to their places if the block ends without an error.
 
-    Raises
-    ------
-    InputError
-        As `open_file`, of any of them; none has been changed then.
+    Raises InputError: as `open_file`, of any of them; none has been changed then.
     """
     made = list[tuple[Path, Path]]()  # temporary files, and their places
 
@@ -84,10 +81,8 @@ def open_file(path: Path) -> Iterator[BinaryIO]:
     stays, and what it leads to is written, whether that is there yet or not.  What is no file, such as a pipe, is
     written to at once.
 
-    Raises
-    ------
-    InputError
-        The folder does not exist or is not writable, or a link leads in a circle; nothing has been changed then.
+    Raises InputError: the folder does not exist or is not writable, or a link leads in a circle; nothing has been
+    changed then.
     """
     with open_together() as opening, opening(path) as stream:
         yield stream
@@ -104,10 +99,7 @@ def _reporting_errors(path: Path) -> Iterator[None]:
 def target(path: Path) -> Path:
     """Where what is written to `path` comes to lie: behind all links.
 
-    Raises
-    ------
-    InputError
-        It is a folder, a link that leads to itself, or on Windows the name of a device.
+    Raises InputError: it is a folder, a link that leads to itself, or on Windows the name of a device.
     """
     if sys.platform == "win32" and _RESERVED.fullmatch(path.name):
         raise InputError(f"Cannot write {path}: on Windows {path.stem} is the name of a device; choose another.")
@@ -143,10 +135,7 @@ def write_all(files: Iterable[tuple[Path, bytes]]) -> None:
 def move_folder(work: Path, place: Path) -> None:
     """Rename a folder whose files are all written; then it survives a power cut with all of them.
 
-    Raises
-    ------
-    OSError
-        It cannot be renamed, for instance because `place` holds something.
+    Raises OSError: it cannot be renamed, for instance because `place` holds something.
     """
     for folder, _, names in os.walk(work):
         for name in names:
@@ -208,10 +197,7 @@ def hold_file(path: Path, say: Callable[[str], None] = lambda _: None, patience:
     say : is told once if another program has to be waited for.
     patience : s to wait at most.
 
-    Raises
-    ------
-    InputError
-        Another program held it all that time, or the file system cannot lock; `path` is as it was.
+    Raises InputError: another program held it all that time, or the file system cannot lock; `path` is as it was.
     """
     path = Path(os.path.realpath(path))
     mine: set[Path] = _holding.__dict__.setdefault("paths", set())

@@ -1,4 +1,4 @@
-"""A graph cut into its branches: the vertices in order along each path from junction or end to junction or end."""
+"""A graph cut into its pieces, and into its branches: the vertices in order from junction or end to junction or end."""
 
 from __future__ import annotations
 
@@ -6,6 +6,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 Indices = NDArray[np.intp]
+
+
+def number_pieces(edges: Indices, count: int) -> Indices:
+    """(count,) int, from 0: number of the connected piece of every vertex; `edges` : (m, 2) int, each pair once."""
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.csgraph import connected_components
+
+    a, b = edges.T
+    joined = coo_matrix((np.ones(len(a), dtype=np.int8), (a, b)), shape=(count, count))
+    return np.asarray(connected_components(joined, directed=False)[1], dtype=np.intp)
 
 
 def branches(edges: Indices, count: int) -> tuple[Indices, ...]:

@@ -126,10 +126,7 @@ class DecodedText:
 def decode(data: bytes) -> DecodedText:
     """The text in some bytes; a byte order mark is left out, line ends are kept.
 
-    Raises
-    ------
-    NoText
-        They are no text in any encoding that is known.
+    Raises NoText: they are no text in any encoding that is known.
     """
     for bom, codec, name in _BOMS:
         if data.startswith(bom):
@@ -167,20 +164,12 @@ def _utf16(data: bytes) -> DecodedText | None:
 def _eight_bit(data: bytes) -> DecodedText:
     """Eight-bit text; lines that are valid UTF-8 among it are taken as that."""
     lines = data.splitlines(keepends=True)
-    odd = frozenset(n for n, line in enumerate(lines) if not _is_utf8(line))
+    odd = frozenset(n for n, line in enumerate(lines) if line.decode("utf-8", "ignore").encode() != line)
     codec = most_likely_codec([lines[n] for n in sorted(odd)])
     if codec is None:
         raise NoText("it is in no encoding that makes words of its letters", min(odd) + 1)
     text = "".join(line.decode(codec if n in odd else "utf-8") for n, line in enumerate(lines))
     return DecodedText(text, _EIGHT_BIT[codec][0], True, odd)
-
-
-def _is_utf8(line: bytes) -> bool:
-    try:
-        line.decode("utf-8")
-    except UnicodeDecodeError:
-        return False
-    return True
 
 
 def most_likely_codec(lines: Sequence[bytes]) -> str | None:

@@ -57,10 +57,8 @@ Steps = tuple[Step, ...]
 def read_steps(texts: Sequence[str], places: Mapping[str, str], what: str) -> Steps:
     """Steps as they are written, one a text; `places` : name → "X Y"; `what` : whose steps, for messages.
 
-    Raises
-    ------
-    InputError
-        Something that is no step, a place without a name, or a pen that is lowered before it has gone anywhere.
+    Raises InputError: something that is no step, a place without a name, or a pen that is lowered before it has gone
+    anywhere.
     """
     steps: list[Step] = []
     for text in texts:
@@ -102,10 +100,7 @@ def _step(text: str, places: Mapping[str, str], what: str) -> Step:
 def line(text: str, what: str) -> str:
     """A line of the user's own, one that a controller reads and that does not act out of turn.
 
-    Raises
-    ------
-    InputError
-        It is empty, too long, not ASCII, or has one of GRBL's real-time commands in it.
+    Raises InputError: it is empty, too long, not ASCII, or has one of GRBL's real-time commands in it.
     """
     if not text.strip() or len(text) > _LONGEST or not text.isascii() or not text.isprintable() or set("?!~") & {*text}:
         raise InputError(

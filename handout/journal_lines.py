@@ -80,10 +80,7 @@ def _unseal_line(line: bytes) -> str | None:
 def read_lines(path: Path) -> list[str | Damage]:
     """The lines of a journal that another program may be writing; none where there is no file.
 
-    Raises
-    ------
-    InputError
-        It cannot be read.
+    Raises InputError: it cannot be read.
     """
     try:
         return parse(path.read_bytes())[0]
@@ -107,10 +104,7 @@ class JournalFile:
     def __init__(self, path: Path, busy: str) -> None:
         """Open it, or make it.
 
-        Raises
-        ------
-        InputError
-            It cannot be read or written; or, in the words of `busy`, another program has it.
+        Raises InputError: it cannot be read or written; or, in the words of `busy`, another program has it.
         """
         try:
             path.parent.mkdir(parents=True, exist_ok=True)

@@ -84,8 +84,7 @@ def refine_corners(grey: NDArray[np.uint8], corners: Array, cells: int) -> Array
     grey : (h, w) uint8
     corners : (n, 2) float, pixels
         As `find` gives them, the four of a mark after each other.
-    cells : int
-        Along a side of a mark.
+    cells : along a side of a mark.
 
     Returns
     -------
@@ -106,3 +105,9 @@ def refine_corners(grey: NDArray[np.uint8], corners: Array, cells: int) -> Array
     moved = (moved + 0.5) / larger - 0.5
     strayed = np.linalg.norm(moved - corners, axis=1) > cell
     return np.where(strayed[:, None], corners, moved)
+
+
+def project(matrix: NDArray[Any], points: Array) -> Array:
+    """Points (n, 2) under a homography (3, 3)."""
+    whole = np.asarray(points, dtype=np.float64) @ matrix[:, :2].T + matrix[:, 2]
+    return np.asarray(whole[:, :2] / whole[:, 2:])

@@ -32,10 +32,7 @@ _ARC_STEP = math.pi / 4  # of an arc that one cubic follows: to 4e-6 of its radi
 def cubics(data: str) -> list[Array]:
     """The subpaths of path data, each (3 k + 1, 2); a closed one ends where it began.
 
-    Raises
-    ------
-    InputError
-        Path data that cannot be read; the message says where.
+    Raises InputError: path data that cannot be read; the message says where.
     """
     pen = _PathPen()
     lead, *rest = _COMMAND.split(data.strip())
@@ -58,10 +55,7 @@ def cubics(data: str) -> list[Array]:
 def numbers(text: str) -> list[float]:
     """The numbers in a text, separated by blanks, commas or their signs.
 
-    Raises
-    ------
-    ValueError
-        Something else is in it.
+    Raises ValueError: something else is in it.
     """
     if _NUMBER.sub("", text).strip(" \t\r\n\f,"):
         raise ValueError("there is something that is not a number")
@@ -71,10 +65,7 @@ def numbers(text: str) -> list[float]:
 def arc_numbers(text: str) -> list[float]:
     """The numbers of arcs, whose flags (the fourth and fifth of seven) need nothing between them.
 
-    Raises
-    ------
-    ValueError
-        Something else is in it.
+    Raises ValueError: something else is in it.
     """
     found: list[float] = []
     at = _skip_match(_BETWEEN, text, 0)

@@ -159,10 +159,7 @@ LEAST_DIP = 10.0  # mm between two dips; a letter or two
 def check_hooks(plotter: Plotter) -> None:
     """Check that steps can be read, and are such as the machine's dialect knows.
 
-    Raises
-    ------
-    InputError
-        What cannot be done, and where it stands.
+    Raises InputError: what cannot be done, and where it stands.
     """
     told = plotter.hooks
     for name in HOOKS:
@@ -304,10 +301,8 @@ _BOUNDS: dict[str, tuple[float, float]] = {
 def read_profile(path: Path) -> Profile:
     """Read and check a machine's TOML file.
 
-    Raises
-    ------
-    ProfileError
-        Not TOML, an unknown key, a missing unit, a value out of bounds; the message names file and key.
+    Raises ProfileError: not TOML, an unknown key, a missing unit, a value out of bounds; the message names file and
+    key.
     """
     table = tables.load_table(path, "a device file", ProfileError)
     kind = table.get("kind")
@@ -419,10 +414,7 @@ def full(name: str) -> str:
 def locate(name: str, kind: str | None = None) -> Path:
     """The file of a machine: a path to a TOML file, a full name, or a name without its ``plotter-`` / ``printer-``.
 
-    Raises
-    ------
-    ProfileError
-        Unknown; the message lists the nearest.
+    Raises ProfileError: unknown; the message lists the nearest.
     """
     if name.endswith(".toml"):
         return Path(name)

@@ -72,11 +72,8 @@ def load_table(path: Path, what: str, error: type[InputError] = InputError) -> d
 def parse_table(text: str) -> dict[str, Any]:
     """The values of the text of a TOML file.
 
-    Raises
-    ------
-    ValueError
-        Not TOML (`tomllib.TOMLDecodeError`); with its key a fraction that is not finite or beyond `units.GREATEST`, or
-        a whole number of more than 64 bits.
+    Raises ValueError: not TOML (`tomllib.TOMLDecodeError`); with its key a fraction that is not finite or beyond
+    `units.GREATEST`, or a whole number of more than 64 bits.
     """
     try:
         values = tomllib.loads(text)
@@ -103,10 +100,8 @@ def _check_numbers(value: object, key: str) -> None:
 def convert_table(values: Mapping[str, Any], kind: type[T]) -> T:
     """The values of a file as a struct.
 
-    Raises
-    ------
-    ValueError
-        An unknown key (with the nearest known one), a missing one, a wrong type or unit; the message names the key.
+    Raises ValueError: an unknown key (with the nearest known one), a missing one, a wrong type or unit; the message
+    names the key.
     """
     try:
         return msgspec.convert(values, kind, dec_hook=_quantity)

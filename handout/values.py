@@ -27,10 +27,7 @@ _COLOUR = re.compile("#[0-9a-f]{6}")
 def readonly(values: ArrayLike, *shape: int | None) -> Array:
     """A read-only float64 copy of `values`, of the given shape (None: any length).
 
-    Raises
-    ------
-    ValueError
-        Wrong shape or a value that is not finite.
+    Raises ValueError: wrong shape or a value that is not finite.
     """
     array = np.array(values, dtype=np.float64)
     fits = array.ndim == len(shape)
@@ -50,10 +47,7 @@ Indices = NDArray[np.intp]
 def readonly_indices(values: ArrayLike, *shape: int | None) -> Indices:
     """A read-only copy of `values` as whole numbers, of the given shape (None: any length).
 
-    Raises
-    ------
-    ValueError
-        Wrong shape, or numbers that are not whole.
+    Raises ValueError: wrong shape, or numbers that are not whole.
     """
     numbers = np.asarray(values)
     array = numbers.astype(np.intp)
@@ -475,12 +469,9 @@ class LineGraph:
     @cached_property
     def components(self) -> Indices:
         """(n,) int: number of the connected piece of every vertex, from 0."""
-        from scipy.sparse import coo_matrix
-        from scipy.sparse.csgraph import connected_components
+        from handout.branching import number_pieces
 
-        a, b = self.edges.T
-        joined = coo_matrix((np.ones(len(a), dtype=np.int8), (a, b)), shape=(len(self), len(self)))
-        return np.asarray(connected_components(joined, directed=False)[1], dtype=np.intp)
+        return number_pieces(self.edges, len(self))
 
     @cached_property
     def branches(self) -> tuple[Indices, ...]:

@@ -11,9 +11,7 @@ import numpy as np
 from handout import shipped
 from handout.errors import InputError
 from handout.simulated import spectra
-from handout.simulated.printer.faults import MORE_GAIN
-from handout.simulated.printer.inkjet import grow_dots
-from handout.simulated.printer.press import Press
+from handout.simulated.printer import MORE_GAIN, Press, grow_dots
 from handout.values import Array, readonly
 
 _FILE = "fogra39-cmy.csv"

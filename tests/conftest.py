@@ -134,9 +134,10 @@ def small_page(small_scan):
 
     from handout.scanning.written_page import read_page
     from handout.tagging.page_tagging import tag_page
+    from handout.tagging.segmentation import by_segments_once
 
     written = read_page(small_scan.scan)
-    made = tag_page(written, small_scan.written, rng=np.random.default_rng(1), method="segments-once")
+    made = tag_page(written, small_scan.written, rng=np.random.default_rng(1), method=by_segments_once)
     return SimpleNamespace(**vars(small_scan), read=written, made=made)
 
 

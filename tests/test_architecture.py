@@ -101,7 +101,7 @@ MAY = {
         "lab.reading",
     },
     "lab.pipeline": {"hand", "pipeline", "prompting", "scanning", "sources", "tagging", "lab.score", "lab.study"},
-    "lab.cli": {"cli", "lab.pipeline"},
+    "lab.cli": {"cli", "lab.pipeline", "pipeline"},
 }  # fmt: skip
 # files that load a room which they may not import, inside the function that needs it: a simulated device, which a
 # user's ``sim`` calls for, and what draws values for notebooks

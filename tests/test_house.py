@@ -78,7 +78,7 @@ def silent_constants(text: str, tree: ast.Module) -> list[int]:
 # a type that names another, which when it runs it need not know; everything else that two files share is in a third
 TYPES = {
     ("handout.hand.protocol", "handout.hand.scanned"),
-    ("handout.plotting.dialect", "handout.plotting.planning.plan"),
+    ("handout.plotting.dialects", "handout.plotting.planning.plan"),
 }
 
 

@@ -12,11 +12,12 @@ import pytest
 from handout import page_sizes, profiles, shipped
 from handout.errors import ProfileError
 from handout.inking.device_pixels import DevicePixels
-from handout.plotting import fit_to_bed, open_port, plan, run
+from handout.plotting import fit_to_bed, observation, open_port, plan, run
 from handout.plotting.dialects import dialect
-from handout.plotting.driving import fidelity
 from handout.printing import media, printers
-from handout.simulated.printer import Flatbed, Inkjet, job_reader
+from handout.simulated import print_and_scan
+from handout.simulated.printer import Inkjet
+from handout.simulated.scanner import Flatbed
 from handout.sinks import picture_pdf
 from handout.values import Page
 
@@ -43,13 +44,13 @@ def test_plotter_runs_through_the_simulated_device(path):
     port = open_port("sim:", profile)
     said = []
     report = run(made, port, profile, log=said.append)
-    found = fidelity.compare(drawing, port.executed_drawing())
+    found = observation.compare_strokes(drawing, port.executed_drawing())
     assert report.executed_s == pytest.approx(made.duration, rel=0.05)
     assert found.deviation < 0.1
     # HP-GL has no times within a stroke, which its plan admits; of a slow machine it is told what it will do
     timeless = profile.dialect == "hpgl"
     assert found.correlation > 0.98 or timeless or profile.limits.acceleration <= 1000
-    assert timeless or fidelity.compare(made.predicted_drawing(), port.executed_drawing()).correlation > 0.98
+    assert timeless or observation.compare_strokes(made.predicted_drawing(), port.executed_drawing()).correlation > 0.98
     assert port.lost_bytes == 0 and not port.pen_is_down and port.at_rest
     turned = ["The page is turned to fit the bed: its top edge lies to the left."] if made.placement.turned else []
     homed = ["Homing: the plotter looks for its zero."] if profile.homing and not timeless else []
@@ -73,7 +74,7 @@ def test_printer_runs_through_the_simulated_device(path, tmp_path):
     with picture_pdf.document(job) as document:
         document.add(sheet, inked)
     assert printers.ticket(profile, page, "t").media == f"Custom.{sheet.width:g}x{sheet.height:g}mm"
-    ((size, pixels),) = job_reader.pages(job, profile.dpi)
+    ((size, pixels),) = print_and_scan.pages(job, profile.dpi)
     assert (size.width, size.height) == pytest.approx((45, 60) if profile.feed == "short" else (60, 45))
     scan = Flatbed.ideal().scan(
         Inkjet().print_page(pixels, profile.dpi, profile.margins), 150, np.random.default_rng(0)

@@ -6,10 +6,9 @@
     scanner          scans through SANE
     print_diagnosis  whether the print is one to calibrate with
     pen_reference    the pen in the chart's frame against the hand's own scan
-    ink_samples      samples of ink: a hand's own, usual pens', greys
     strip            the verification strip
     verification     what its scan says, in words and pictures
-    calibrated_ink   which calibration pages go through, and the pages themselves
+    calibrated_ink   which calibration pages go through, the pages themselves, and samples of ink
 
 The verbs are in `pipeline.calibrating`, the steps as a page asks for them in `pipeline.calibration_desk`.  To add a
 step: a member of `wizard.Step`, its method in `Wizard`, its request in `wizard._REQUESTS`, its branch in `_Guide.lead`

@@ -1,4 +1,8 @@
-"""Pages through a calibration on their way to the printer, and what is said of it."""
+"""Pages through a calibration on their way to the printer, what is said of it, and samples of ink that it is judged by.
+
+Samples are a hand's own, or what pens usually leave, and greys: (n, 4) float in 0–1, on a transparent sheet: scanned
+RGB of the ink, and how much of the paper it covers.
+"""
 
 from __future__ import annotations
 
@@ -8,16 +12,136 @@ from functools import cached_property
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
-from handout.calibrating import ink_samples, store
+from handout.calibrating import store
 from handout.calibrating.pen_reference import FrameReference, Kind, of_calibration
 from handout.calibrating.store import Calibration
-from handout.colour import gamut
-from handout.colour.gamut import Reach
-from handout.colour.table import apply
+from handout.colour.table import ColourTable, Reach, apply, reach, tell_loss
 from handout.errors import InputError
+from handout.hand.drawn import Hand
+from handout.hand.scanned import ScannedHand
 from handout.inking.pen import Pen
-from handout.values import Array, Raster
+from handout.values import Array, Drawing, Raster
+
+USUAL_HAND = "house-joined"  # whose ink is looked at where no hand is named: that of pages without --hand
+
+_TEXT = "the quick brown fox jumps over a lazy dog and thinks it had been a river"
+_PAGE = "150x40mm"
+_DPI = 150  # a line of a pen has some pixels
+_LEAST = 0.05  # cover below which ink is not looked at
+_DENSITIES = (0.12, 2.0)  # of a pen's usual ink: hardly seen, to two lines over each other
+_MOST = 20_000  # samples: more tell the same
+
+
+def lay_on(samples: Array, paper: Array) -> Array:
+    """(n, 3) what is seen of samples on paper of scanned RGB (3,)."""
+    cover = samples[:, 3:]
+    return np.asarray(paper * (1 - cover) + cover * samples[:, :3])
+
+
+def reach_on_paper(samples: Array, table: ColourTable) -> Reach:
+    """What of some samples the printer of a table reaches."""
+    return reach(np.clip(lay_on(samples, np.asarray(table.paper, dtype=np.float64)), 0, 1), table)
+
+
+def seen_by_chart(samples: Array, reference: FrameReference | None) -> Array:
+    """Samples of a hand's ink as a chart's scan shows that ink, as far as its frame tells; None: of no hand."""
+    if reference is None or reference.match is None:
+        return samples
+    return np.asarray(reference.match.inks(samples), dtype=np.float64)
+
+
+def of_raster(rgba: Array | NDArray[np.float32], most: int = _MOST) -> Array:
+    """Samples, evenly over the pixels of a raster (h, w, 4) that have ink."""
+    pixels = rgba.reshape(-1, 4)
+    inked = np.flatnonzero(pixels[:, 3] > _LEAST)
+    step = max(1, -(-len(inked) // most))
+    return np.asarray(pixels[inked[::step]], dtype=np.float64)
+
+
+def usual(count: int) -> Array:
+    """`count` samples of the program's own pens, from hardly any ink to thick ink.
+
+    Light passes through ink as through a filter (the law of Beer and Lambert).
+    """
+    from handout.inking.pen import TEXTURED, rgb
+    from handout.inking.pen import usual as pen
+
+    each = -(-count // len(TEXTURED))
+    density = np.geomspace(*_DENSITIES, each)[:, None]
+    light = np.concatenate([np.asarray(rgb(pen(name).colour)) ** density for name in TEXTURED])[:count]
+    clear = light.min(axis=1, keepdims=True)
+    return np.hstack([(light - clear) / (1 - clear), 1 - clear])
+
+
+def greys(count: int) -> Array:
+    """`count` samples of black ink that covers from little to all of the paper: greys of the paper's own hue."""
+    cover = np.linspace(0.04, 1.0, count)[:, None]
+    return np.hstack([np.zeros((count, 3)), cover])
+
+
+def of_hand(name: str, pen: Pen | None = None) -> Array:
+    """Samples of the ink of a page in a hand: always the same page, so that its figures are the same everywhere.
+
+    Parameters
+    ----------
+    name : of the hand, drawn or scanned.
+    pen : of a drawn hand; None: a ballpoint, which pages are drawn with unless another is asked for.
+
+    Raises InputError: no such hand.
+    """
+    from handout.hand.library import find
+
+    drawing = _write_sample(find(name), np.random.default_rng([0]))
+    if drawing.ink is not None:
+        return of_raster(drawing.ink(_DPI).rgba)
+    from handout.inking import pens
+    from handout.inking.pen import usual as usual_pen
+
+    return of_raster(pens.ink(drawing, _DPI, pen or usual_pen("ballpoint"), pens.noise({"seed": 0})).rgba)
+
+
+def reach_of(name: str, table: ColourTable, reference: FrameReference | None = None, pen: Pen | None = None) -> Reach:
+    """What of the ink of a page in a hand the printer of a table reaches; `reference` and `pen`: see `of_hand`.
+
+    Every figure on ink out of reach is made here.  Raises InputError: no such hand.
+    """
+    return reach_on_paper(seen_by_chart(of_hand(name, pen), reference), table)
+
+
+def writer_of(name: str) -> tuple[str, list[float] | None]:
+    """What a scanned hand calls itself, and scanned RGB in 0–1 of the paper that it was written on.
+
+    "" and None for a drawn hand, and where no hand is named.
+
+    Raises InputError: no such hand.
+    """
+    from handout.hand.library import find
+
+    hand = find(name) if name else None
+    if hand is None or hand.pages is None:
+        return "", None
+    paper = np.median([np.median(page.paper, axis=(0, 1)) for page in hand.pages], axis=0) / 255
+    return hand.name, paper.tolist()
+
+
+def _write_sample(hand: Hand | ScannedHand, rng: np.random.Generator) -> Drawing:
+    from handout.page_sizes import page
+    from handout.writing.compose import compose
+    from handout.writing.layout import Layout
+
+    text = "".join(letter for letter in _TEXT if letter == " " or letter in hand.letters)
+    layout = Layout(page(_PAGE), (5.0, 5.0, 5.0, 5.0), x_height=hand.x_height, fit=True)
+    manuscript = compose(text, hand, layout, rng, pages=1, fallback=True)[0]
+    if hand.pages is not None:
+        from handout.inking.pen_replacement import ink_drawing
+
+        return ink_drawing(manuscript, hand)
+    from handout.motion.trace import trace
+
+    return trace(manuscript, hand, rng)
+
 
 NONE = "none"
 _OLD = 365  # days
@@ -31,15 +155,10 @@ def choose(printer: str, paper: str = "", asked: str = "") -> tuple[Calibration 
     Parameters
     ----------
     printer : str
-    paper : str
-        What is in the printer; empty: nobody knows.
-    asked : str
-        "none", a ``printer/paper``, or a file or folder of a calibration; empty: the printer's newest.
+    paper : what is in the printer; empty: nobody knows.
+    asked : "none", a ``printer/paper``, or a file or folder of a calibration; empty: the printer's newest.
 
-    Raises
-    ------
-    InputError
-        What was asked for is not there.
+    Raises InputError: what was asked for is not there.
     """
     if asked == NONE:
         return None, []
@@ -109,7 +228,7 @@ class CalibratedInk:
         if self.reference is not None and self.reference.match is not None:
             raster = self.reference.match.raster(raster)
         if len(self._seen) < _PAGES:
-            samples = ink_samples.of_raster(np.asarray(raster.rgba), _SAMPLED)
+            samples = of_raster(np.asarray(raster.rgba), _SAMPLED)
             if len(samples):
                 self._seen.append(samples)
         return apply(raster, self._table)
@@ -130,12 +249,12 @@ class CalibratedInk:
         if reach is None:
             return f"{self.calibration.describe()}."
         whose = f"of {self.hand}" if self.hand else ""
-        return f"{self.calibration.describe()}. {gamut.tell_loss(reach.share_out, reach.mean, whose)}"
+        return f"{self.calibration.describe()}. {tell_loss(reach.share_out, reach.mean, whose)}"
 
     @cached_property
     def _reach(self) -> Reach | None:
         if self.hand:
-            return ink_samples.reach_of(self.hand, self._table, self.reference, self.pen)
+            return reach_of(self.hand, self._table, self.reference, self.pen)
         if not self._seen:
             return None
-        return ink_samples.reach(np.concatenate(self._seen), self._table)
+        return reach_on_paper(np.concatenate(self._seen), self._table)

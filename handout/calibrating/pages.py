@@ -78,10 +78,7 @@ def write(pages: DevicePages, path: Path) -> tuple[Path, ...]:
 def send(pages: DevicePages, profile: Printer, queue: Queue | None = None) -> tuple[str, ...]:
     """Print pages, each a job of its own, at its true size; the names of the jobs.
 
-    Raises
-    ------
-    PrinterError
-        No queue, or one that refuses the page.
+    Raises PrinterError: no queue, or one that refuses the page.
     """
     queue = queue or open_queue(profile)
     request = ticket(profile, pages.page, "handout colour chart", "chart")
@@ -113,10 +110,7 @@ def _feed_page(pages: DevicePages, pixels: Pixels, feeding: Feeding, kind: str) 
 def chart_for(printer: Printer, paper: str = "A4", pages: int | None = None) -> Chart:
     """The chart for a printer, within its margins.
 
-    Raises
-    ------
-    InputError, DoesNotFit
-        See `handout.colour.chart.chart`.
+    Raises InputError, DoesNotFit: see `handout.colour.chart.chart`.
     """
     edges = printer.margins
     return chart(paper, pages=pages, margins=(edges.top, edges.right, edges.bottom, edges.left))

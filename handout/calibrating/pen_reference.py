@@ -14,8 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.calibrating.store import Calibration
-from handout.colour.ink_match import InkMatch, match
-from handout.colour.pen_lines import density_of
+from handout.colour.ink_match import InkMatch, density_of, match
 from handout.colour.reading import Scribble
 from handout.hand.scanned import ScannedHand
 from handout.values import Array
@@ -70,10 +69,7 @@ class FrameReference:
 def of_calibration(calibration: Calibration, name: str) -> FrameReference:
     """What the frame of a calibration's chart says of the hand `name`; empty: of none.
 
-    Raises
-    ------
-    InputError
-        No such hand, or a file of the calibration that cannot be read.
+    Raises InputError: no such hand, or a file of the calibration that cannot be read.
     """
     return compare_scribble(calibration.scribble(), name, calibration.pen_of())
 
@@ -87,10 +83,7 @@ def compare_scribble(scribble: Scribble | None, name: str, writer: str = "") -> 
     name : of the hand; empty: none.
     writer : the hand whose pen wrote there; empty: nobody said.
 
-    Raises
-    ------
-    InputError
-        No such hand.
+    Raises InputError: no such hand.
     """
     from handout.hand.library import find
 

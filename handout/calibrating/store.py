@@ -24,7 +24,7 @@ from handout import atomic, profiles, shipped
 from handout.errors import InputError
 
 if TYPE_CHECKING:
-    from handout.colour.patches import Patches
+    from handout.colour.models.forward import Patches
     from handout.colour.reading import Scribble
     from handout.colour.table import ColourTable
 
@@ -158,10 +158,7 @@ def folder() -> Path:
 def key(name: str) -> str:
     """What a printer or a paper is called in the store: a profile's name without ``printer-``, only letters and digits.
 
-    Raises
-    ------
-    InputError
-        Nothing is left of it.
+    Raises InputError: nothing is left of it.
     """
     stem = Path(name).stem if name.endswith(".toml") else name
     cleaned = re.sub(r"[^a-z0-9._]+", "-", stem.strip().lower()).strip("-.")
@@ -176,10 +173,7 @@ def build(
 ) -> Calibration:
     """Make a calibration of a chart's patches in the folder `place`, which appears when all is done.
 
-    Raises
-    ------
-    InputError
-        Patches that no table can be made of, an unknown method, or a folder that cannot be written.
+    Raises InputError: patches that no table can be made of, an unknown method, or a folder that cannot be written.
     """
     from handout.colour import cgats, table
     from handout.colour.chart_files import ti3
@@ -264,10 +258,7 @@ def newest(printer: str, paper: str = "") -> Calibration | None:
 def find_wanted(printer: str, paper: str = "") -> Calibration:
     """As `newest`, where there has to be one.
 
-    Raises
-    ------
-    InputError
-        There is none; the message lists what there is.
+    Raises InputError: there is none; the message lists what there is.
     """
     calibration = newest(printer, paper)
     if calibration is not None:
@@ -310,13 +301,10 @@ def _new_folder(place: Path) -> Iterator[Path]:
 def read_patches(path: Path) -> Patches:
     """The patches of a .ti3 that the reading of a chart has made.
 
-    Raises
-    ------
-    InputError
-        Not such a file, or patches that no printer can be known by.
+    Raises InputError: not such a file, or patches that no printer can be known by.
     """
     from handout.colour import cgats
     from handout.colour.chart_files import from_ti3
-    from handout.colour.patches import Patches
+    from handout.colour.models.forward import Patches
 
     return Patches(*from_ti3(cgats.read_tables(path)))

@@ -14,14 +14,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from handout.calibrating import ink_samples, pen_reference, store
-from handout.calibrating.ink_samples import greys, lay_on, reach
+from handout.calibrating import calibrated_ink, pen_reference, store
+from handout.calibrating.calibrated_ink import greys, lay_on, reach_on_paper
 from handout.calibrating.pages import DevicePages, fine_enough
 from handout.calibrating.store import Calibration
 from handout.colour.chart import MARKS, PAPERS, ChartPage, grid_cells
 from handout.colour.chart_files import render
-from handout.colour.gamut import Reach
-from handout.colour.table import ColourTable, apply
+from handout.colour.table import ColourTable, Reach, apply
 from handout.errors import InputError
 from handout.profiles import Printer
 from handout.values import Array, Raster, readonly
@@ -87,10 +86,7 @@ class VerificationStrip:
 def from_facts(facts: Mapping[str, Any]) -> VerificationStrip:
     """The strip that `VerificationStrip.facts` describes.
 
-    Raises
-    ------
-    InputError
-        It does not describe one.
+    Raises InputError: it does not describe one.
     """
     try:
         return VerificationStrip(
@@ -111,14 +107,11 @@ def make(
     ----------
     page : what of a page's ink the printer reaches, where that is another than the samples'; whose : ink it is.
 
-    Raises
-    ------
-    InputError
-        Next to none of the ink can be printed.
+    Raises InputError: next to none of the ink can be printed.
     """
     white = np.asarray(table.paper, dtype=np.float64)
     cells = len(grid_cells(_COLUMNS, _ROWS)[0])
-    reached = reach(samples, table)
+    reached = reach_on_paper(samples, table)
     room = (cells - _WHITES) // 2 - _GREYS
     ink = _evenly(samples[reached.lost < _REACHED], white, room)
     if len(ink) < _LEAST:
@@ -127,7 +120,7 @@ def make(
             "verify with another hand, or with the usual inks."
         )
     shade = greys(2 * _GREYS)
-    shade = _evenly(shade[reach(shade, table).lost < _REACHED], white, _GREYS)
+    shade = _evenly(shade[reach_on_paper(shade, table).lost < _REACHED], white, _GREYS)
     rgba = np.concatenate([ink, shade])
     wanted = lay_on(rgba, white)
     grey = np.arange(len(rgba)) >= len(ink)
@@ -146,15 +139,14 @@ def make(
 def prepare(calibration: Calibration, hand: str = "", paper: str = "A4") -> VerificationStrip:
     """A strip for a calibration, of a hand's own ink or of usual ones; it is remembered with the calibration.
 
-    Raises
-    ------
-    InputError
-        No such hand, or an ink of which the printer reaches next to nothing.
+    Raises InputError: no such hand, or an ink of which the printer reaches next to nothing.
     """
     reference = pen_reference.of_calibration(calibration, hand) if hand else None
-    samples = ink_samples.seen_by_chart(ink_samples.of_hand(hand), reference) if hand else ink_samples.usual(_USUAL)
-    table, whose = calibration.table(), hand or ink_samples.USUAL_HAND
-    page = None if hand else ink_samples.reach_of(whose, table)
+    samples = (
+        calibrated_ink.seen_by_chart(calibrated_ink.of_hand(hand), reference) if hand else calibrated_ink.usual(_USUAL)
+    )
+    table, whose = calibration.table(), hand or calibrated_ink.USUAL_HAND
+    page = None if hand else calibrated_ink.reach_of(whose, table)
     strip = make(table, samples, paper, page, f"of {whose}")
     calibration.keep(store.STRIP, strip.facts())
     return strip
@@ -171,10 +163,7 @@ def pages_of(strip: VerificationStrip, calibration: Calibration, profile: Printe
 def last_strip(calibration: Calibration) -> VerificationStrip:
     """The strip that was printed last for a calibration.
 
-    Raises
-    ------
-    InputError
-        None was.
+    Raises InputError: none was.
     """
     facts = calibration.load_kept(store.STRIP)
     if facts is None:

@@ -16,17 +16,17 @@ from handout import atomic
 from handout.calibrating import pen_reference, store
 from handout.calibrating.store import Calibration
 from handout.calibrating.strip import FIRST_MARK, VerificationStrip, from_facts, last_strip
-from handout.colour import conversions, gamut
+from handout.colour import conversions
 from handout.colour.chart import MARKS, ChartPage
 from handout.colour.ink_match import match
 from handout.colour.reading import ChartScan, ScanFinding, open_scans
-from handout.colour.reading.findings import ScanRefused, make_refusal
 from handout.colour.reading.patch_means import sample
 from handout.colour.reading.pen_field import scribble_of
 from handout.colour.reading.picture_checks import SampledPage, check_picture
 from handout.colour.reading.registration import ChartPlacement, place
+from handout.colour.reading.scan_files import ScanRefused, make_refusal
 from handout.colour.report import image, page
-from handout.colour.table import ColourTable
+from handout.colour.table import ColourTable, reach, swatches, tell_loss
 from handout.errors import InputError
 from handout.values import Array
 
@@ -111,7 +111,7 @@ def table_lines(facts: Mapping[str, Any]) -> list[str]:
             ("all", facts["before"], facts["after"]),
         )
     ]
-    reach = gamut.tell_loss(facts["out"], facts["lost"], facts.get("whose", ""))
+    reach = tell_loss(facts["out"], facts["lost"], facts.get("whose", ""))
     return [head, *rows, facts["verdict"], reach]
 
 
@@ -170,7 +170,7 @@ def _check_colours(
     strip: VerificationStrip, scanned: Array, calibration: Calibration, source: str
 ) -> list[ScanFinding]:
     """A finding if these are not the colours, or is not the paper, that the strip was made for."""
-    from handout.colour.interpolation import look_up
+    from handout.colour.models.forward import look_up
 
     table = calibration.table()
     foreseen = look_up(table.scanned, strip.device)
@@ -256,10 +256,7 @@ def sections(calibration: Calibration) -> list[tuple[str, str]]:
 def write_report(calibration: Calibration, path: Path) -> None:
     """A page about a verified calibration.
 
-    Raises
-    ------
-    InputError
-        It cannot be written.
+    Raises InputError: it cannot be written.
     """
     atomic.write(path, page(calibration.name, f"{calibration.describe()}.", sections(calibration)).encode())
 
@@ -309,12 +306,12 @@ def _draw_reach(strip: VerificationStrip, table: ColourTable) -> str:
     )
     shade = np.linspace(0, 1, 400)[:, None] * np.asarray(table.paper, dtype=np.float64)
     darkest = float(labs[:, 0].min())
-    greys = gamut.reach(np.clip(shade, 0, 1), table)
+    greys = reach(np.clip(shade, 0, 1), table)
     return (
         "<p>What the printer can print on this paper, seen from above (a* to the right, b* up), and the verified "
         f"colours. Its darkest black has L* {darkest:.0f}; of the greys from black to the paper it reaches "
         f"{1 - greys.share_out:.0%}.</p>{drawn}<p>Some of the colours of the paper's own grey scale over what is "
-        f"printed for them:</p>{image(gamut.swatches(greys), 'greys and what is printed for them')}"
+        f"printed for them:</p>{image(swatches(greys), 'greys and what is printed for them')}"
     )
 
 

@@ -22,7 +22,7 @@ import msgspec
 from msgspec.structs import replace
 
 from handout import atomic, shipped
-from handout.calibrating import ink_samples, pages, pen_reference, print_diagnosis, store, verification
+from handout.calibrating import calibrated_ink, pages, pen_reference, print_diagnosis, store, verification
 from handout.calibrating import strip as strips
 from handout.calibrating.pen_reference import FrameReference
 from handout.calibrating.store import Calibration
@@ -145,14 +145,12 @@ class Wizard:
     def __init__(self, task: CalibrationTask, *, afresh: bool = False) -> None:
         """Begin a calibration, or go on with an unfinished one (`resumed`); `afresh` : begin in any case.
 
-        Raises
-        ------
-        InputError
-            No such hand, another sheet, a chart that does not fit the printer's margins, or a name that none can have.
+        Raises InputError: no such hand, another sheet, a chart that does not fit the printer's margins, or a name that
+        none can have.
         """
         layout = pages.chart_for(task.profile, task.sheet, task.pages)
         self.task = task
-        self.writer, self._paper = ink_samples.writer_of(task.hand)
+        self.writer, self._paper = calibrated_ink.writer_of(task.hand)
         self.seen: ChartReading | None = None  # what the scans of the chart that were given last showed, good or not
         names = store.key(task.printer), store.key(task.paper)
         self.name, self.folder = "/".join(names), folder() / "--".join(names)
@@ -210,11 +208,8 @@ class Wizard:
 
         What a simulated printer gets lies in the wizard's folder.
 
-        Raises
-        ------
-        InputError, PrinterError
-            Neither is to be printed now; it cannot be written, or the printer does not take it; the printer reaches
-            next to nothing of the ink.
+        Raises InputError, PrinterError: neither is to be printed now; it cannot be written, or the printer does not
+        take it; the printer reaches next to nothing of the ink.
         """
         self.check("Nothing is to be printed", Step.PRINT, Step.STRIP)
         task, after = self.task, Step.SCAN if self.step is Step.PRINT else Step.VERIFY
@@ -270,11 +265,8 @@ class Wizard:
     def build(self, method: str = "forward") -> Calibration:
         """Build the table from the measured patches.
 
-        Raises
-        ------
-        InputError
-            It is not to be built now; an unknown method, or patches that contradict each other: then the chart has to
-            be scanned again.
+        Raises InputError: it is not to be built now; an unknown method, or patches that contradict each other: then the
+        chart has to be scanned again.
         """
         self.check("No table is to be built", Step.BUILD)
         state, patches = self.state, store.read_patches(self.patches)
@@ -302,10 +294,7 @@ class Wizard:
     def store(self) -> Calibration:
         """Store the calibration and delete the wizard's folder.
 
-        Raises
-        ------
-        InputError
-            Nothing was built yet, or it cannot be written.
+        Raises InputError: nothing was built yet, or it cannot be written.
         """
         if self.step not in (Step.STRIP, Step.VERIFY, Step.STORE):
             raise InputError(f"Nothing can be stored yet: what comes next is to {self.step}.")

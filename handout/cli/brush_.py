@@ -7,23 +7,24 @@ from pathlib import Path
 import click
 
 from handout import units
-from handout.cli import options
-from handout.cli.commands import VerbGroup
 from handout.cli.console import Console
+from handout.cli.options import verb
+from handout.pipeline.declarations import argument, option, output
 
 
-@click.group("brush", cls=VerbGroup)
+@click.group("brush")
 def command() -> None:
     """Learn a brush from photographs of its strokes, and show it; --pen takes it then."""
 
 
-@command.command("learn")
-@click.argument("photographs", nargs=-1, required=True, metavar="PHOTO...", type=click.Path(path_type=Path))
-@click.option("--output", "-o", required=True, type=click.Path(path_type=Path), help="A .brush file.")
-@click.option("--width", help="Usual width of its line when it writes; default: 0.8mm.")
-@click.option("--title", default="", help="What to call it, for people.")
-@options.console
-def learn(photographs: tuple[Path, ...], output: Path, width: str | None, title: str, console: Console) -> None:
+@verb("learn", command)
+def learn(
+    console: Console,
+    photographs: tuple[Path, ...] = argument(required=True, metavar="PHOTO..."),
+    output: Path = output("A .brush file."),
+    width: str | None = option(None, "Usual width of its line when it writes; default: 0.8mm."),
+    title: str = option("", "What to call it, for people."),
+) -> None:
     """Learn a brush from photographs or scans of strokes on light paper, one or several to a picture.
 
     Frames and numbers beside the strokes do not matter. Strokes need some paper all around, may not cross, and are
@@ -42,12 +43,13 @@ def learn(photographs: tuple[Path, ...], output: Path, width: str | None, title:
     console.report(result, f"Wrote {output}: {strokes}, {wide} times as long as wide.")
 
 
-@command.command("show")
-@click.argument("brush")
-@click.option("--output", "-o", required=True, type=click.Path(path_type=Path), help="A PNG file.")
-@click.option("--seed", type=click.IntRange(0), default=1, show_default=True, help="Of the strokes on it.")
-@options.console
-def show(brush: str, output: Path, seed: int, console: Console) -> None:
+@verb("show", command)
+def show(
+    console: Console,
+    brush: str,
+    output: Path = output("A PNG file."),
+    seed: int = option(1, "Of the strokes on it.", least=0),
+) -> None:
     """Show what BRUSH (a name, or a .brush file) was learned from, and how it paints.
 
     \b

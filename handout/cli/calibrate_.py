@@ -8,24 +8,20 @@ from pathlib import Path
 import click
 
 from handout import units
-from handout.cli import options
-from handout.cli.commands import VerbGroup
 from handout.cli.console import Console
+from handout.cli.options import JSON, verb
 from handout.errors import InputError
+from handout.pipeline.declarations import argument, bundle, option, output, shared
 from handout.pipeline.names import colour_formats
 from handout.pipeline.options import CalibrationOptions, CalibrationPlace, ChartOptions
 
-_PATH = click.Path(path_type=Path)
-
-printer_option = options.shared("--printer", required=True, help="A printer's profile (epson), a queue, or sim.")
-paper_option = click.option("--paper", default="plain", show_default=True, help="What the paper is called; any name.")
-_stored_printer = options.shared("--printer", required=True, help="The printer that was calibrated.")
-_stored_paper = click.option("--paper", default="", help="The paper; without it the printer's newest calibration.")
-
-_chart = options.bind("sheets", ChartOptions)
+_PRINTER = shared(None, "A printer's profile (epson), a queue, or sim.", required=True)
+_PAPER = option("plain", "What the paper is called; any name.")
+_STORED_PRINTER = shared(None, "The printer that was calibrated.", required=True)
+_STORED_PAPER = option("", "The paper; without it the printer's newest calibration.")
 
 
-@click.group("calibrate", cls=VerbGroup)
+@click.group("calibrate")
 def command() -> None:
     """Make a printer's colours those of the ink: print a chart, scan it, and pages go through what it shows.
 
@@ -35,15 +31,14 @@ def command() -> None:
     """
 
 
-@command.command()
-@printer_option
-@paper_option
-@_chart
-@options.bind("calibration", CalibrationOptions)
-@click.option("--web", is_flag=True, help="In the browser: the studio, opened at its page Calibration.")
-@options.console
+@verb("wizard", command)
 def wizard(
-    printer: str, paper: str, sheets: ChartOptions, calibration: CalibrationOptions, web: bool, console: Console
+    console: Console,
+    printer: str = _PRINTER,
+    paper: str = _PAPER,
+    sheets: ChartOptions = ChartOptions(),
+    calibration: CalibrationOptions = CalibrationOptions(),
+    web: bool = option(False, "In the browser: the studio, opened at its page Calibration."),
 ) -> None:
     """Calibrate a printer step by step; a run that was left is gone on with.
 
@@ -84,15 +79,14 @@ def _in_browser(printer: str, paper: str, sheets: ChartOptions, calibration: Cal
     open_studio((), f"calibration/{quote(printer)}/{quote(paper)}", None, browser=True, as_json=False)
 
 
-@command.command()
-@printer_option
-@paper_option
-@_chart
-@click.option("-o", "--output", type=_PATH, help="PDF to print yourself; without it the chart goes to the printer.")
-@click.option("--dry-run", type=_PATH, help="PNG: the very pixels that the printer would get.")
-@options.console
+@verb("chart", command)
 def chart(
-    printer: str, paper: str, output: Path | None, dry_run: Path | None, sheets: ChartOptions, console: Console
+    console: Console,
+    printer: str = _PRINTER,
+    paper: str = _PAPER,
+    sheets: ChartOptions = ChartOptions(),
+    output: Path | None = output("PDF to print yourself; without it the chart goes to the printer.", required=False),
+    dry_run: Path | None = option(None, "PNG: the very pixels that the printer would get."),
 ) -> None:
     """Print the calibration chart, or write it to a file.
 
@@ -108,15 +102,14 @@ def chart(
     console.report(result, f"Chart of {units.count(told['pages'], 'page')} for {told['dpi']} dpi: {where}.")
 
 
-@command.command("read")
-@click.argument("scans", nargs=-1, required=True, type=_PATH)
-@click.option("-o", "--output", type=_PATH, required=True, help="The patches, as a .ti3 table.")
-@click.option("--report", "report_file", type=_PATH, help="A page with pictures of what was read, .html.")
-@click.option("--hand", default="", help="A scanned hand: was the chart scanned as its pages were?")
-@click.option("--accept", is_flag=True, help="Take the print as it is, though inks are weak in it.")
-@options.console
+@verb("read", command)
 def read_chart(
-    scans: tuple[Path, ...], output: Path, report_file: Path | None, hand: str, accept: bool, console: Console
+    console: Console,
+    scans: tuple[Path, ...] = argument(required=True),
+    output: Path = output("The patches, as a .ti3 table."),
+    report_file: Path | None = option(None, "A page with pictures of what was read, .html.", flags=("--report",)),
+    hand: str = option("", "A scanned hand: was the chart scanned as its pages were?"),
+    accept: bool = option(False, "Take the print as it is, though inks are weak in it."),
 ) -> None:
     """Read scans of the chart: all its pages, any angle, 50 to 1200 dpi.
 
@@ -129,13 +122,14 @@ def read_chart(
     console.report(result, f"{units.count(result.told['patches'], 'colour')} read: {output}.")
 
 
-@command.command()
-@click.argument("patches", type=_PATH)
-@printer_option
-@paper_option
-@options.from_dataclass(CalibrationOptions, only=("scanner_name", "method"))
-@options.console
-def build(patches: Path, printer: str, paper: str, scanner_name: str, method: str, console: Console) -> None:
+@verb("build", command)
+def build(
+    console: Console,
+    patches: Path,
+    printer: str = _PRINTER,
+    paper: str = _PAPER,
+    asked: CalibrationOptions = bundle(CalibrationOptions(), only=("scanner_name", "method")),
+) -> None:
     """Build the table of PATCHES (.ti3) and store it for the printer.
 
     \b
@@ -144,7 +138,9 @@ def build(patches: Path, printer: str, paper: str, scanner_name: str, method: st
     from handout.pipeline.calibrating import build_table
 
     with console.working():
-        result = build_table(patches, printer, paper, scanner_name=scanner_name, method=method, listener=console)
+        result = build_table(
+            patches, printer, paper, scanner_name=asked.scanner_name, method=asked.method, listener=console
+        )
     calibration = result.calibration
     console.report(
         result,
@@ -153,24 +149,16 @@ def build(patches: Path, printer: str, paper: str, scanner_name: str, method: st
     )
 
 
-@command.command()
-@_stored_printer
-@_stored_paper
-@click.option("--hand", default="", help="Take the ink of this hand instead of usual inks.")
-@click.option("--sheet", default="A4", show_default=True, help="A4 or letter.")
-@click.option("-o", "--output", type=_PATH, help="Write the strip as .pdf or .png instead of printing it.")
-@click.option("--scan", "scans", type=_PATH, multiple=True, help="The scanned strip: say how well colours match.")
-@click.option("--report", "report_file", type=_PATH, help="With --scan: pictures of before and after, .html.")
-@options.console
+@verb("verify", command)
 def verify(
-    printer: str,
-    paper: str,
-    hand: str,
-    sheet: str,
-    output: Path | None,
-    scans: tuple[Path, ...],
-    report_file: Path | None,
     console: Console,
+    printer: str = _STORED_PRINTER,
+    paper: str = _STORED_PAPER,
+    hand: str = option("", "Take the ink of this hand instead of usual inks."),
+    sheet: str = option("A4", "A4 or letter."),
+    output: Path | None = output("Write the strip as .pdf or .png instead of printing it.", required=False),
+    scans: tuple[Path, ...] = option((), "The scanned strip: say how well colours match.", flags=("--scan",)),
+    report_file: Path | None = option(None, "With --scan: pictures of before and after, .html.", flags=("--report",)),
 ) -> None:
     """Print a verification strip, and read its scan: ΔE00 with the calibration and without it.
 
@@ -196,11 +184,12 @@ def verify(
     )
 
 
-@command.command()
-@click.option("--printer", default="", help="Only of this printer.")
-@click.option("--paper", default="", help="Only of this paper.")
-@options.as_json
-def show(printer: str, paper: str, as_json: bool) -> None:
+@verb("show", command)
+def show(
+    printer: str = option("", "Only of this printer."),
+    paper: str = option("", "Only of this paper."),
+    as_json: bool = JSON,
+) -> None:
     """The stored calibrations, the newest first; the first of a printer and paper is the one that is used.
 
     \b
@@ -218,13 +207,14 @@ def show(printer: str, paper: str, as_json: bool) -> None:
         click.echo(line)
 
 
-@command.command()
-@_stored_printer
-@_stored_paper
-@click.option("--format", "kind", type=click.Choice(colour_formats()), required=True, help="What to write.")
-@click.option("-o", "--output", type=_PATH, required=True)
-@options.console
-def export(printer: str, paper: str, kind: str, output: Path, console: Console) -> None:
+@verb("export", command)
+def export(
+    console: Console,
+    printer: str = _STORED_PRINTER,
+    paper: str = _STORED_PAPER,
+    kind: str = option(None, "What to write.", choices=colour_formats(), flags=("--format",), required=True),
+    output: Path = output(None),
+) -> None:
     """Write a calibration for other programs.
 
     \b

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import reduce
 from typing import TYPE_CHECKING
 
 import click
 
-from handout.cli.configuration import Option, Verb, options_of
+from handout.cli.configuration import options_of
 from handout.pipeline.declarations import GENERAL, HEADINGS, OWN
 
 if TYPE_CHECKING:
@@ -16,19 +15,6 @@ if TYPE_CHECKING:
 
 _FEW = 12  # options of a verb that need no headings
 _WIDE = 30  # columns of names, as click has them at most
-
-
-def group_under(heading: str, *options: Option) -> Option:
-    """Some options as one whose help stands under a heading."""
-
-    def decorate(verb: Verb) -> Verb:
-        inner = len(vars(verb).get("__click_params__", ()))
-        result: Verb = reduce(lambda done, option: option(done), reversed(options), verb)
-        for parameter in vars(result)["__click_params__"][inner:]:
-            vars(parameter).setdefault("heading", heading)
-        return result
-
-    return decorate
 
 
 def group_options(command: click.Command, context: click.Context) -> dict[str, list[click.Option]]:
@@ -80,10 +66,3 @@ class VerbCommand(click.Command):
         for heading, part in parts.items():
             with formatter.section(heading):
                 formatter.write_dl([(name.ljust(wide), text) for name, text in part])
-
-
-class VerbGroup(click.Group):
-    """Verbs in a verb."""
-
-    command_class = VerbCommand
-    group_class = type

@@ -8,7 +8,8 @@ import click
 from click.shell_completion import CompletionItem, get_completion_class
 
 from handout.cli import configuration
-from handout.cli.commands import VerbCommand
+from handout.cli.options import verb
+from handout.pipeline.declarations import argument
 
 VARIABLE = "_HANDOUT_COMPLETE"  # in which a shell asks; click makes it of the program's name
 _SHELLS = {
@@ -27,9 +28,8 @@ _ARGUMENTS = {
 _CALLED = {"ports": "port", "page_name": "page"}  # parameters that are not called as what they name
 
 
-@click.command("completion", cls=VerbCommand)
-@click.argument("shell", type=click.Choice(sorted(_SHELLS)))
-def command(shell: str) -> None:
+@verb("completion")
+def command(shell: str = argument(choices=(*sorted(_SHELLS),))) -> None:
     """Print what makes SHELL complete verbs, options, the names of hands, pens, styles and machines, ports and files.
 
     \b

@@ -12,13 +12,12 @@ from typing import NamedTuple
 import click
 from click.core import ParameterSource
 
-from handout.cli import configuration
-from handout.cli.commands import VerbGroup
+from handout.cli import configuration, options
 from handout.cli.configuration import PROJECT, ConfiguredValue, SettingsLayer, Value
 from handout.errors import InputError
+from handout.pipeline import declarations
 
-_json = click.option("--json", "as_json", is_flag=True, help="One JSON object on standard output.")
-_project = click.option("--project", is_flag=True, help=f"In the project's {PROJECT} instead of your own file.")
+_OF_PROJECT = declarations.option(False, f"In the project's {PROJECT} instead of your own file.")
 
 
 class _ConfiguredRow(NamedTuple):
@@ -29,7 +28,7 @@ class _ConfiguredRow(NamedTuple):
     place: str
 
 
-@click.group("config", cls=VerbGroup)
+@click.group("config")
 def command() -> None:
     """Keep defaults of options for all verbs, and say where each comes from.
 
@@ -48,11 +47,12 @@ def command() -> None:
     """
 
 
-@command.command("set")
-@click.argument("key")
-@click.argument("values", nargs=-1, required=True, metavar="VALUE...")
-@_project
-def set_default(key: str, values: tuple[str, ...], project: bool) -> None:
+@options.verb("set", command)
+def set_default(
+    key: str,
+    values: tuple[str, ...] = declarations.argument(required=True, metavar="VALUE..."),
+    project: bool = _OF_PROJECT,
+) -> None:
     """Set the default of the option KEY, or VERB.KEY, to VALUE; options that may be repeated take several.
 
     \b
@@ -66,10 +66,8 @@ def set_default(key: str, values: tuple[str, ...], project: bool) -> None:
     click.echo(f"{name} = {ConfiguredValue(name, value, SettingsLayer('user', file)).text} in {file}.", err=True)
 
 
-@command.command("unset")
-@click.argument("key")
-@_project
-def unset_default(key: str, project: bool) -> None:
+@options.verb("unset", command)
+def unset_default(key: str, project: bool = _OF_PROJECT) -> None:
     """Take the default KEY, or VERB.KEY, out of the file.
 
     \b
@@ -86,8 +84,7 @@ def unset_default(key: str, project: bool) -> None:
     click.echo(f"{name} is no longer set in {file}.", err=True)
 
 
-@command.command("get")
-@click.argument("key")
+@options.verb("get", command)
 def get(key: str) -> None:
     """Print the default of the option KEY, or VERB.KEY, and say where it comes from.
 
@@ -103,11 +100,12 @@ def get(key: str) -> None:
     click.echo(f"From: {row.place}.", err=True)
 
 
-@command.command("show", context_settings={"ignore_unknown_options": True, "allow_interspersed_args": False})
-@click.option("--all", "every", is_flag=True, help="Built-in defaults, too: every key that there is.")
-@_json
-@click.argument("words", nargs=-1, type=click.UNPROCESSED, metavar="[VERB [WORDS]...]")
-def show(every: bool, as_json: bool, words: tuple[str, ...]) -> None:
+@options.verb("show", command, context_settings={"ignore_unknown_options": True, "allow_interspersed_args": False})
+def show(
+    every: bool = declarations.option(False, "Built-in defaults, too: every key that there is.", flags=("--all",)),
+    as_json: bool = declarations.option(False, "One JSON object on standard output.", flags=("--json",)),
+    words: tuple[str, ...] = declarations.argument(metavar="[VERB [WORDS]...]", kind=click.UNPROCESSED),
+) -> None:
     """What is configured, and where each value comes from; after a VERB and its words, every option that it would take.
 
     \b
@@ -165,10 +163,7 @@ def _plain(key: str) -> str:
 def _owners(key: str) -> tuple[str, list[tuple[str, click.Option]]]:
     """The key as it stands in files, and the options that it sets, with their verbs; never none.
 
-    Raises
-    ------
-    InputError
-        No option is called so.
+    Raises InputError: no option is called so.
     """
     name, found = _plain(key), []
     prefix, _, last = name.rpartition(".")
@@ -212,10 +207,7 @@ def _file(project: bool) -> Path:
 def _value(name: str, owners: Sequence[tuple[str, click.Option]], words: Sequence[str], file: Path) -> Value:
     """What is written to the file for the words of a value, checked by every option that it sets.
 
-    Raises
-    ------
-    InputError
-        No such value; the message says what it may be.
+    Raises InputError: no such value; the message says what it may be.
     """
     values = [_absolute(word, file) for word in words]
     single = [path for path, option in owners if not option.multiple]

@@ -11,7 +11,7 @@ import difflib
 import json
 import os
 import re
-from collections.abc import Callable, Iterator, Mapping, MutableMapping, Sequence
+from collections.abc import Iterator, Mapping, MutableMapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TypeGuard
@@ -25,8 +25,6 @@ from handout.tables import parse_table
 
 PROJECT = "handout.toml"
 Value = str | int | float | bool | list[str | int | float]
-Option = Callable[[Callable[..., object]], Callable[..., object]]
-Verb = Callable[..., object]
 SHARED: set[str] = set()  # what options are called that a bare key of the configuration sets
 JOB_WORDS = ("jobs", "show", "forget")  # of `plot`, with which kept plots are asked about
 _OF_TABLES = ("letter", "with_envelopes", "columns")  # parameters that make a plot one of a table's rows
@@ -66,19 +64,6 @@ def _is_typed(context: click.Context, name: str) -> bool:
     """Whether an option is typed, and not to turn a switch off."""
     typed = context.get_parameter_source(name) is ParameterSource.COMMANDLINE
     return typed and context.params.get(name) is not False
-
-
-def shared(*names: str, unless: Sequence[str] = (), **settings: object) -> Option:
-    """`click.option` of a `SharedOption` option."""
-    SHARED.add(names[0].removeprefix("--"))
-    option = click.option(*names, cls=SharedOption, **settings)
-
-    def decorate(verb: Verb) -> Verb:
-        result: Verb = option(verb)
-        vars(result)["__click_params__"][-1].unless = unless
-        return result
-
-    return decorate
 
 
 _META = "handout.configured"  # in `Context.meta`: (verb, parameter) → Setting
@@ -173,10 +158,7 @@ def layers(chosen: str | None = None) -> list[SettingsLayer]:
 
     chosen : a file that is read instead of the project's and the user's, or "none" for built-in defaults alone.
 
-    Raises
-    ------
-    InputError
-        A file that is not TOML, or holds what no option takes.
+    Raises InputError: a file that is not TOML, or holds what no option takes.
     """
     if chosen == "none":
         return []
@@ -195,10 +177,7 @@ def layers(chosen: str | None = None) -> list[SettingsLayer]:
 def read_settings(file: Path) -> dict[str, Value]:
     """The settings of a file by their whole keys: a table [plot] with port gives ``plot.port``.
 
-    Raises
-    ------
-    InputError
-        No such file, not TOML, or a value that is no text, number, true or false, or list of these.
+    Raises InputError: no such file, not TOML, or a value that is no text, number, true or false, or list of these.
     """
     try:
         return dict(_flat(parse_table(file.read_text(encoding="utf-8-sig")), ""))
@@ -252,10 +231,7 @@ def provide(context: click.Context, command: click.Command, name: str, complaini
 
     complaining : whether an error in a file is one of the command; it is none where only help is asked for.
 
-    Raises
-    ------
-    InputError
-        As `layers`; or a key that no option is called.
+    Raises InputError: as `layers`; or a key that no option is called.
     """
     try:
         places = layers(context.params.get("config"))
@@ -367,10 +343,7 @@ def in_force(context: click.Context) -> dict[str, ConfiguredValue]:
 def sentences(context: click.Context) -> list[str]:
     """What the running verb takes from a configuration, a sentence a place.
 
-    Raises
-    ------
-    InputError
-        A value that its option cannot take; the message names the place, the key and what it may be.
+    Raises InputError: a value that its option cannot take; the message names the place, the key and what it may be.
     """
     by_place: dict[str, list[str]] = {}
     options = {str(option.name): option for option in options_of(context.command)}
@@ -433,10 +406,7 @@ def change_text(text: str, key: str, value: Value | None) -> str:
 def write(file: Path, key: str, value: Value | None) -> None:
     """Set a key in a file, or take it out (None), as a whole or not at all.
 
-    Raises
-    ------
-    InputError
-        As `read_settings` and `atomic.write`.
+    Raises InputError: as `read_settings` and `atomic.write`.
     """
     text = ""
     if file.is_file():

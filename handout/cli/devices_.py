@@ -8,22 +8,21 @@ from pathlib import Path
 
 import click
 
-from handout.cli import options
-from handout.cli.commands import VerbGroup
+from handout.cli.options import JSON, verb
+from handout.pipeline.declarations import option, shared
 
 
-@click.group("devices", cls=VerbGroup)
+@click.group("devices")
 def command() -> None:
     """List, show and check machines, and see who is plugged in."""
 
 
-@command.command("list")
-@click.option("--ports", is_flag=True, help="The serial ports of this computer instead.")
-@click.option(
-    "--network", is_flag=True, help="Plotters that announce themselves on the network instead (three seconds)."
-)
-@options.as_json
-def list_(ports: bool, network: bool, as_json: bool) -> None:
+@verb("list", command)
+def list_(
+    ports: bool = option(False, "The serial ports of this computer instead."),
+    network: bool = option(False, "Plotters that announce themselves on the network instead (three seconds)."),
+    as_json: bool = JSON,
+) -> None:
     """All known machines; your own files win over shipped ones of the same name.
 
     \b
@@ -70,13 +69,12 @@ def _print(
             click.echo(f"{name:<{width}}  {rest}".rstrip())
 
 
-@command.command("probe")
-@options.shared(
-    "--port", default="auto", show_default=True, help="/dev/ttyUSB0, tcp://host, ws://host, moonraker://host, or sim:."
-)
-@click.option("--device", help="The plotter's profile; without it every dialect is tried.")
-@options.as_json
-def probe(port: str, device: str | None, as_json: bool) -> None:
+@verb("probe", command)
+def probe(
+    port: str = shared("auto", "/dev/ttyUSB0, tcp://host, ws://host, moonraker://host, or sim:."),
+    device: str | None = option(None, "The plotter's profile; without it every dialect is tried."),
+    as_json: bool = JSON,
+) -> None:
     """Ask the plotter at PORT who it is and what it can do; nothing moves.
 
     \b
@@ -105,8 +103,7 @@ def probe(port: str, device: str | None, as_json: bool) -> None:
         click.echo("Name its profile with --device to hear its limits.", err=True)
 
 
-@command.command("show")
-@click.argument("name")
+@verb("show", command)
 def show(name: str) -> None:
     """Print the file of the machine NAME: a start for one of your own."""
     from handout import profiles
@@ -114,8 +111,7 @@ def show(name: str) -> None:
     click.echo(profiles.locate(name).read_text(encoding="utf-8"), nl=False)
 
 
-@command.command("check")
-@click.argument("file", type=click.Path(path_type=Path))
+@verb("check", command)
 def check(file: Path) -> None:
     """Check a machine's TOML FILE: names, units, bounds."""
     from handout import profiles

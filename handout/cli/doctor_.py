@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from handout.cli.commands import VerbCommand
+from handout.cli.options import JSON, verb
+from handout.pipeline.declarations import option
 
 if TYPE_CHECKING:
     from handout.pipeline.doctor import CheckFinding
@@ -18,10 +19,11 @@ _MARKS = {"fine": "  ok", "note": "   -", "poor": "   !", "broken": "FAIL"}
 _FAILED = 1  # the exit code where something is broken
 
 
-@click.command("doctor", cls=VerbCommand)
-@click.option("--test-page", type=click.Path(path_type=Path), help="Write a page, .pdf .svg or .png, to look at.")
-@click.option("--json", "as_json", is_flag=True, help="One JSON object on standard output.")
-def command(test_page: Path | None, as_json: bool) -> int:
+@verb("doctor")
+def command(
+    test_page: Path | None = option(None, "Write a page, .pdf .svg or .png, to look at."),
+    as_json: bool = JSON,
+) -> int:
     """Look at what handout needs: Python and packages, files, folders, ports, printers, network, settings.
 
     What is marked - is only told, what is marked ! is lacking for some verbs, FAIL for all; each with the way out. The

@@ -8,11 +8,11 @@ from pathlib import Path
 import click
 
 from handout import units
-from handout.cli import options, sentences
-from handout.cli.commands import VerbCommand
+from handout.cli import sentences
 from handout.cli.console import Console
+from handout.cli.options import given_names, verb
 from handout.errors import InputError
-from handout.pipeline.declarations import FILES, MACHINE, option
+from handout.pipeline.declarations import FILES, MACHINE, option, port
 from handout.pipeline.options import FillOptions, PictureOptions, WritingOptions
 
 
@@ -22,32 +22,23 @@ class _FillMode:
 
     output: tuple[Path, ...] = option(
         (),
-        FILES,
         ".pdf and .png: the form filled in; .svg .inkml .json .gcode …: the writing alone.  May be repeated.",
+        FILES,
         flags=("--output", "-o"),
-        repeated=True,
-        kind=Path,
     )
-    port: str | None = None
-    yes: bool = option(False, MACHINE, "With --port: do not stop between sheets.", flags=("--yes", "-y"))
+    yes: bool = option(False, "With --port: do not stop between sheets.", MACHINE, flags=("--yes", "-y"))
+    port: str | None = port(None)
 
 
-@click.command("fill", cls=VerbCommand)
-@click.argument("form", type=click.Path(path_type=Path))
-@click.argument("answers", type=click.Path(path_type=Path), required=False)
-@options.bind("mode", _FillMode, options.from_dataclass(_FillMode), options.port())
-@options.bind("filling", FillOptions)
-@options.writing
-@options.picture
-@options.console
+@verb("fill")
 def command(
+    console: Console,
     form: Path,
     answers: Path | None,
     mode: _FillMode,
     filling: FillOptions,
     writing: WritingOptions,
     picture: PictureOptions,
-    console: Console,
 ) -> None:
     """Fill in the fields of FORM, a PDF, by hand with ANSWERS (CSV, or .xlsx); without ANSWERS, list its fields.
 
@@ -62,7 +53,7 @@ def command(
     from handout.pipeline import filling as pipeline
 
     if answers is None:
-        if mode.output or "port" in options.given_names():
+        if mode.output or "port" in given_names():
             raise InputError(f"With what? Give answers, as handout fill {form} answers.csv.")
         listed = pipeline.fields_of(form)
         if not console.as_json:

@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING
 import click
 
 from handout import units
-from handout.cli import options, sentences
-from handout.cli.commands import VerbGroup
+from handout.cli import sentences
 from handout.cli.console import Console
+from handout.cli.options import JSON, LISTENING, UNSEEN, verb
 from handout.cli.prompt_ import command as prompt
+from handout.pipeline.declarations import argument, bundle, option, output
 from handout.pipeline.options import PictureOptions, ReadingOptions, WritingOptions
 
 if TYPE_CHECKING:
@@ -22,7 +23,7 @@ _NAMED = 8  # letters that changed and are named; the others are in the JSON
 _LEAST_SURE = 0.7  # share of letters that are not doubtful, below which a look is advised; set by eye
 
 
-@click.group("hand", cls=VerbGroup)
+@click.group("hand")
 def command() -> None:
     """List and show hands, make sheets to write one on, and read them from scanned pages."""
 
@@ -30,32 +31,23 @@ def command() -> None:
 command.add_command(prompt)
 
 
-@command.command("read")
-@click.argument("name")
-@click.option(
-    "--scan",
-    "scans",
-    multiple=True,
-    help="A scanned page: PNG, JPEG, TIFF, PDF; of several pages all, or FILE:2, or FILE:2-4. Repeatable.",
-)
-@click.option(
-    "--ink",
-    "inks",
-    multiple=True,
-    help="A recorded pen: .inkml .dat .svc .gml .svg .json; or a single-line SVG font. Repeatable.",
-)
-@click.option("--text", "texts", multiple=True, help="A text file with what is on it, line by line; in the same order.")
-@click.option("--output", "-o", required=True, help="The .hand file.")
-@options.bind("reading", ReadingOptions)
-@options.console
+@verb("read", command)
 def read_hand(
-    name: str,
-    scans: tuple[str, ...],
-    inks: tuple[str, ...],
-    texts: tuple[str, ...],
-    output: str,
-    reading: ReadingOptions,
     console: Console,
+    name: str,
+    scans: tuple[str, ...] = option(
+        (),
+        "A scanned page: PNG, JPEG, TIFF, PDF; of several pages all, or FILE:2, or FILE:2-4. Repeatable.",
+        flags=("--scan",),
+    ),
+    inks: tuple[str, ...] = option(
+        (), "A recorded pen: .inkml .dat .svc .gml .svg .json; or a single-line SVG font. Repeatable.", flags=("--ink",)
+    ),
+    texts: tuple[str, ...] = option(
+        (), "A text file with what is on it, line by line; in the same order.", flags=("--text",)
+    ),
+    output: str = output("The .hand file."),
+    reading: ReadingOptions = ReadingOptions(),
 ) -> None:
     """Read a hand from scanned pages, or from recordings of a pen, and their texts, and call it NAME.
 
@@ -93,13 +85,14 @@ def signature() -> None:
     """Signatures for letters: scribbles that are scanned once."""
 
 
-@signature.command("add")
-@click.argument("name")
-@click.argument("scan")
-@click.option("--dpi", type=float, help="Pixels an inch of the scan, where the file does not say.")
-@click.option("--again", is_flag=True, help="Replace the signature of that name.")
-@options.console
-def add_signature(name: str, scan: str, dpi: float | None, again: bool, console: Console) -> None:
+@verb("add", signature)
+def add_signature(
+    console: Console,
+    name: str,
+    scan: str,
+    dpi: float | None = option(None, "Pixels an inch of the scan, where the file does not say."),
+    again: bool = option(False, "Replace the signature of that name."),
+) -> None:
     """Keep the signature on a SCAN, which shows nothing else, as NAME; a letter has it as ::: signature NAME.
 
     \b
@@ -112,8 +105,7 @@ def add_signature(name: str, scan: str, dpi: float | None, again: bool, console:
     console.report(result, f"Wrote {told['path']}: {told['width']:.0f} x {told['height']:.0f} mm.")
 
 
-@signature.command("list")
-@options.console
+@verb("list", signature)
 def list_signatures(console: Console) -> None:
     """The signatures that are kept."""
     from handout.pipeline import signatures
@@ -122,9 +114,8 @@ def list_signatures(console: Console) -> None:
     console.report(result, "\n".join(result.told["names"]) or "No signature is kept.")
 
 
-@command.command("list")
-@options.as_json
-def list_(as_json: bool) -> None:
+@verb("list", command)
+def list_(as_json: bool = JSON) -> None:
     """The hands that are known by name: drawn ones and scanned ones, the program's and your own."""
     from handout.pipeline.kept_hands import list_hands
 
@@ -138,20 +129,14 @@ def list_(as_json: bool) -> None:
         click.echo(f"{hand.name:<{width}}  {hand.title}; {hand.about}")
 
 
-@command.command("show")
-@click.argument("name")
-@click.option("--output", "-o", multiple=True, required=True, help="A file for the sheet: .png .svg .pdf …")
-@click.option("--text", help="Of a scanned hand: show which of its letters would write this, and why.")
-@options.manner
-@options.picture
-@options.console
+@verb("show", command)
 def show(
-    name: str,
-    output: tuple[str, ...],
-    text: str | None,
-    writing: WritingOptions,
-    picture: PictureOptions,
     console: Console,
+    name: str,
+    output: tuple[str, ...] = output("A file for the sheet: .png .svg .pdf …"),
+    text: str | None = option(None, "Of a scanned hand: show which of its letters would write this, and why."),
+    writing: WritingOptions = bundle(WritingOptions(), leave_out=("slips",)),
+    picture: PictureOptions = PictureOptions(),
 ) -> None:
     """Write a specimen sheet of the hand NAME at three times its size: every form of every character, and text.
 
@@ -176,15 +161,20 @@ def show(
     console.report(result, "\n".join([*result.told.get("why", ()), sentence]))
 
 
-@command.command("check")
-@click.argument("name")
-@click.option("--output", "-o", help="A PNG file for the pages with what was found; several pages are numbered.")
-@click.option("--for", "text", help="A text to be written: says how it comes by letters that are missing.")
-@click.option("--sheet", help="A PNG file for the letters that may read badly, in words that are written with them.")
-@click.option("--questions", type=click.IntRange(1, 200), help="Rows of that sheet; default: 24.")
-@options.console
+@verb("check", command)
 def check(
-    name: str, output: str | None, text: str | None, sheet: str | None, questions: int | None, console: Console
+    console: Console,
+    name: str,
+    output: str | None = output(
+        "A PNG file for the pages with what was found; several pages are numbered.", required=False
+    ),
+    text: str | None = option(
+        None, "A text to be written: says how it comes by letters that are missing.", flags=("--for",)
+    ),
+    sheet: str | None = option(
+        None, "A PNG file for the letters that may read badly, in words that are written with them."
+    ),
+    questions: int | None = option(None, "Rows of that sheet; default: 24.", least=1, most=200),
 ) -> None:
     """Show what the scanned hand NAME (or a .hand file) holds, and what of it is doubtful.
 
@@ -253,11 +243,12 @@ def _tell_supply(supply: Sequence[Mapping[str, str]]) -> list[str]:
     return lines
 
 
-@command.command("tag")
-@click.argument("path")
-@click.option("--port", type=click.IntRange(1, 65535), help="Where it listens; default: 7217, or any that is free.")
-@click.option("--no-browser", is_flag=True, help="Print the link and open nothing.")
-def tag(path: str, port: int | None, no_browser: bool) -> None:
+@verb("tag", command)
+def tag(
+    path: str,
+    port: int | None = LISTENING,
+    no_browser: bool = UNSEEN,
+) -> None:
     """Correct the letters of the hand PATH, a .hand file, in the browser: the studio, opened at its page Letters.
 
     \b
@@ -270,13 +261,14 @@ def tag(path: str, port: int | None, no_browser: bool) -> None:
     open_studio((path,), f"letters/{Path(path).stem}", port, not no_browser, as_json=False)
 
 
-@command.command("answer")
-@click.argument("name")
-@click.argument("sheet")
-@click.argument("answers", nargs=-1, required=True)
-@click.option("--output", "-o", help="Another .hand file for the result; default: the same.")
-@options.console
-def answer(name: str, sheet: str, answers: tuple[str, ...], output: str | None, console: Console) -> None:
+@verb("answer", command)
+def answer(
+    console: Console,
+    name: str,
+    sheet: str,
+    answers: tuple[str, ...] = argument(required=True),
+    output: str | None = output("Another .hand file for the result; default: the same.", required=False),
+) -> None:
     """Say which letters of a SHEET of the hand NAME read badly; SHEET is the .json that `handout hand check` wrote.
 
     7 has none of the letters of row 7 written any more, 7b not the one in its word b, 7b1 not the first letter of that
@@ -293,24 +285,16 @@ def answer(name: str, sheet: str, answers: tuple[str, ...], output: str | None, 
     console.report(result, _tell_edit(result.told))
 
 
-@command.command("edit")
-@click.argument("name")
-@click.argument("corrections", required=False)
-@click.option("--output", "-o", help="Another .hand file for the result; default: the same.")
-@click.option("--undo", is_flag=True, help="Take back what was corrected last.")
-@click.option("--redo", is_flag=True, help="Make again what was taken back last.")
-@click.option("--history", is_flag=True, help="Say what was corrected, and what else that changed.")
-@click.option("--no-learning", is_flag=True, help="Do what the corrections say, and leave all other letters.")
-@options.console
+@verb("edit", command)
 def edit(
+    console: Console,
     name: str,
     corrections: str | None,
-    output: str | None,
-    undo: bool,
-    redo: bool,
-    history: bool,
-    no_learning: bool,
-    console: Console,
+    output: str | None = output("Another .hand file for the result; default: the same.", required=False),
+    undo: bool = option(False, "Take back what was corrected last."),
+    redo: bool = option(False, "Make again what was taken back last."),
+    history: bool = option(False, "Say what was corrected, and what else that changed."),
+    no_learning: bool = option(False, "Do what the corrections say, and leave all other letters."),
 ) -> None:
     """Make the corrections of a JSON file to the hand NAME (or a .hand file), and learn from them.
 
@@ -375,12 +359,13 @@ def _history(told: Told) -> list[str]:
     return lines or [f"{told['files'][0]}: nothing was corrected."]
 
 
-@command.command("pen")
-@click.argument("scans", metavar="SCAN...", nargs=-1, required=True)
-@click.option("--output", "-o", required=True, help="The .hand file.")
-@click.option("--dpi", type=float, help="Pixels an inch of the scans, where the files do not say.")
-@options.console
-def pen(scans: tuple[str, ...], output: str, dpi: float | None, console: Console) -> None:
+@verb("pen", command)
+def pen(
+    console: Console,
+    scans: tuple[str, ...] = argument(required=True, metavar="SCAN..."),
+    output: str = output("The .hand file."),
+    dpi: float | None = option(None, "Pixels an inch of the scans, where the files do not say."),
+) -> None:
     """Keep a pen, to write in a scanned hand with: from scans of anything drawn with it, without a text.
 
     Half a page of loose waves, loops and strokes in all directions is enough, not over each other.
@@ -395,12 +380,13 @@ def pen(scans: tuple[str, ...], output: str, dpi: float | None, console: Console
     console.report(result, f"Wrote {result.path}: a line {width:.2f} mm wide, {pieces} pieces of it.")
 
 
-@command.command("export")
-@click.argument("name")
-@click.option("--output", "-o", required=True, help="The .hand file.")
-@click.option("--ink-only", is_flag=True, help="Without the scans that it keeps beside the ink.")
-@options.console
-def export(name: str, output: str, ink_only: bool, console: Console) -> None:
+@verb("export", command)
+def export(
+    console: Console,
+    name: str,
+    output: str = output("The .hand file."),
+    ink_only: bool = option(False, "Without the scans that it keeps beside the ink."),
+) -> None:
     """Copy the scanned hand NAME into a file, to be given to somebody or kept."""
     from handout.pipeline.kept_hands import export_hand
 
@@ -408,12 +394,13 @@ def export(name: str, output: str, ink_only: bool, console: Console) -> None:
     console.report(result, f"Wrote {result.path}.")
 
 
-@command.command("import")
-@click.argument("source", metavar="FILE")
-@click.option("--name", help="Call it so; default: the name of the file.")
-@click.option("--replace", is_flag=True, help="In place of one that is there under that name.")
-@options.console
-def import_(source: str, name: str | None, replace: bool, console: Console) -> None:
+@verb("import", command)
+def import_(
+    console: Console,
+    source: str = argument(metavar="FILE"),
+    name: str | None = option(None, "Call it so; default: the name of the file."),
+    replace: bool = option(False, "In place of one that is there under that name."),
+) -> None:
     """Put a .hand FILE among your own hands, so that its name is enough to use it."""
     from handout.pipeline.kept_hands import import_hand
 
@@ -421,10 +408,8 @@ def import_(source: str, name: str | None, replace: bool, console: Console) -> N
     console.report(result, f"{result.name}: {units.count(result.letters, 'letter')}; kept in {result.path}.")
 
 
-@command.command("remove")
-@click.argument("name")
-@options.console
-def remove(name: str, console: Console) -> None:
+@verb("remove", command)
+def remove(console: Console, name: str) -> None:
     """Delete the scanned hand NAME from among your own hands."""
     from handout.pipeline.kept_hands import remove_hand
 

@@ -13,9 +13,10 @@ from pathlib import Path
 import click
 
 from handout import __version__, atomic
-from handout.cli.commands import VerbCommand, group_options, records
+from handout.cli.commands import group_options, records
+from handout.cli.options import verb
 from handout.errors import InputError
-from handout.pipeline.declarations import OWN
+from handout.pipeline.declarations import OWN, argument, output
 
 _FILES = """
 .SH FILES
@@ -38,10 +39,11 @@ As \\-\\-config.
 """
 
 
-@click.command("man", cls=VerbCommand)
-@click.argument("words", nargs=-1, metavar="[VERB]...")
-@click.option("--output", "-o", type=click.Path(path_type=Path), help="Write all pages, into man1 in this folder.")
-def command(words: tuple[str, ...], output: Path | None) -> None:
+@verb("man")
+def command(
+    words: tuple[str, ...] = argument(metavar="[VERB]..."),
+    output: Path | None = output("Write all pages, into man1 in this folder.", required=False),
+) -> None:
     """Print the manual page of VERB for man or mandoc; or write those of all verbs.
 
     \b

@@ -1,50 +1,124 @@
-"""The options that `pipeline.declarations` declares, as click's, and how a verb gets them as one value."""
+"""The options that `pipeline.declarations` declares, as click's; and verbs, whose parameters say what they take."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping
-from dataclasses import fields
-from functools import cache, reduce, wraps
+import sys
+from collections.abc import Callable, Iterator, MutableMapping
+from dataclasses import Field, is_dataclass, replace
+from functools import cache
+from inspect import Parameter, signature
 from pathlib import Path
 
 import click
 from click.core import ParameterSource
 
 from handout.cli import configuration
-from handout.cli.commands import group_under
-from handout.cli.configuration import Option, Verb
-from handout.cli.configuration import shared as shared
+from handout.cli.commands import VerbCommand
+from handout.cli.configuration import SHARED, SharedOption
 from handout.cli.console import Console
-from handout.pipeline.declarations import GENERAL, MACHINE, Declaration, build_options, inner, list_declared
-from handout.pipeline.options import PictureOptions, PoseOptions, SheetOptions, StyleOptions, WritingOptions
+from handout.pipeline.declarations import (
+    GENERAL,
+    Bundle,
+    Declaration,
+    argument,
+    build_options,
+    bundle,
+    inner,
+    list_declared,
+    option,
+    read_declared,
+)
 
+Values = dict[str, object]  # of the options of a call, by their names
 _OF_USER = (ParameterSource.COMMANDLINE, ParameterSource.ENVIRONMENT)
-as_json = click.option("--json", "as_json", is_flag=True, help="One JSON object on standard output.")
-_QUIET = click.option("--quiet", "-q", is_flag=True, help="Say nothing but errors.")
-_CONSOLE = group_under(GENERAL, as_json, _QUIET)
+JSON = option(False, "One JSON object on standard output.", GENERAL, flags=("--json",))
+LISTENING = option(None, "Where it listens; default: 7217, or any that is free.", least=1, most=65535)
+UNSEEN = option(False, "Print the link and open nothing.")
+_QUIET = option(False, "Say nothing but errors.", GENERAL, flags=("--quiet", "-q"))
 
 
-def from_dataclass(
-    kind: type, *, only: Collection[str] = (), leave_out: Collection[str] = (), **changed: Mapping[str, object]
-) -> Option:
-    """The options that a dataclass declares, those of dataclasses in it too, as one option of click.
+def verb(
+    name: str,
+    group: click.Group | None = None,
+    *,
+    help: str | None = None,
+    short_help: str | None = None,
+    context_settings: MutableMapping[str, object] | None = None,
+) -> Callable[[Callable[..., object]], click.Command]:
+    """Make a function a verb, of a group or by itself; its parameters say its arguments and options, in their order.
 
-    Parameters
-    ----------
-    only, leave_out : names of fields; without `only` all but those left out.
-    changed : of a field what is declared otherwise for this verb.
+    One of a plain type is an argument, one with a default of `declarations` an option; a dataclass has the options that
+    it declares, and the `Console`, whatever its place, --json and --quiet, which stand last.
     """
-    found = [from_dataclass(type(usual), only=only, leave_out=leave_out, **changed) for usual in inner(kind).values()]
-    for each, declaration in list_declared(kind, changed):
-        if declaration.help and each.name not in leave_out and (not only or each.name in only):
-            found.append(group_under(declaration.heading, _option(each.name, each.default, declaration)))
-    return lambda verb: reduce(lambda done, one: one(done), reversed(found), verb)
+
+    def decorate(function: Callable[..., object]) -> click.Command:
+        params, takes = list[click.Parameter](), dict[str, Callable[[Values], object]]()
+        for each in sorted(signature(function).parameters.values(), key=lambda each: each.annotation == "Console"):
+            found, takes[each.name] = _read_parameter(each, vars(sys.modules[function.__module__]))
+            params += found
+
+        def call_verb(**values: object) -> object:
+            return function(**{name: take(values) for name, take in takes.items()})
+
+        command = VerbCommand(
+            name,
+            params=params,
+            callback=call_verb,
+            help=help or function.__doc__,
+            short_help=short_help,
+            context_settings=context_settings,
+        )
+        if group is not None:
+            group.add_command(command)
+        return command
+
+    return decorate
 
 
-def _option(name: str, default: object, declaration: Declaration) -> Option:
+def _read_parameter(parameter: Parameter, known: Values) -> tuple[list[click.Parameter], Callable[[Values], object]]:
+    """What of click a parameter of a verb takes, and how its value is made of the values of that."""
+    name, usual, annotation = parameter.name, parameter.default, str(parameter.annotation)
+    kind = known.get(annotation)
+    if kind is Console:
+
+        def open_console(values: Values) -> Console:
+            terminal = Console(bool(values.pop("as_json")), bool(values.pop("quiet")))
+            terminal.note(*configuration.sentences(click.get_current_context()))  # what it takes from a configuration
+            return terminal
+
+        switches = (("as_json", JSON), ("quiet", _QUIET))
+        return [_option(one, False, declared.metadata["option"]) for one, declared in switches], open_console
+    if isinstance(kind, type) and is_dataclass(kind):
+        usual = kind() if usual is Parameter.empty else usual
+        asked: Bundle = usual if isinstance(usual, Bundle) else bundle(usual)
+        made = [*list_options(asked)]
+        return [*made], lambda values: build_options(
+            asked.usual, {str(one.name): values.pop(str(one.name)) for one in made}
+        )
+    declared: Field[object] = usual if isinstance(usual, Field) else argument()
+    what = read_declared(declared, annotation)
+    if what.help or what.flags:
+        return [_option(name, declared.default, what)], lambda values: values.pop(name)
+    make: Callable[..., click.Parameter] = click.Argument
+    required, several = what.required or not (what.repeated or "None" in annotation), -1 if what.repeated else 1
+    place = make([name], required=required, nargs=several, metavar=what.metavar, type=_kind(what, None))
+    return [place], lambda values: values.pop(name)
+
+
+def list_options(asked: Bundle) -> Iterator[click.Option]:
+    """The options that a dataclass declares, those of dataclasses in it first."""
+    for within in inner(asked.usual).values():
+        yield from list_options(replace(asked, usual=within))
+    for each, what in list_declared(asked.usual, asked.changed):
+        if what.help and each.name not in asked.leave_out and (not asked.only or each.name in asked.only):
+            help_ = f"{what.help}  [default: {getattr(asked.usual, what.usual)}]" if what.usual else what.help
+            yield _option(each.name, each.default, replace(what, help=help_))
+
+
+def _option(name: str, default: object, declaration: Declaration) -> click.Option:
     """One option of click."""
     flags = list(declaration.flags) or [f"--{name.replace('_', '-')}"]
-    settings: dict[str, object] = {"help": declaration.help, "metavar": declaration.metavar}
+    settings: Values = {"help": declaration.help, "metavar": declaration.metavar}
     if declaration.off:
         flags[0] += f"/{declaration.off}"
         settings |= {"default": default, "show_default": True}
@@ -60,8 +134,11 @@ def _option(name: str, default: object, declaration: Declaration) -> Option:
     if (kind := _kind(declaration, default)) is not None:
         settings["type"] = kind
     if declaration.shared:
-        return shared(*flags, name, unless=declaration.unless, **settings)
-    return click.option(*flags, name, cls=click.Option, **settings)
+        SHARED.add(flags[0].removeprefix("--"))
+    make: Callable[..., click.Option] = SharedOption if declaration.shared else click.Option
+    made = make([*flags, name], **settings)
+    vars(made).update(heading=declaration.heading, unless=declaration.unless)
+    return made
 
 
 @cache
@@ -78,67 +155,7 @@ def _kind(declaration: Declaration, default: object) -> object:
     )
 
 
-def bind(name: str, kind: type, *options: Option, **fixed: object) -> Callable[[Verb], Verb]:
-    """Options of click that a verb gets as one value, in its parameter `name`.
-
-    Parameters
-    ----------
-    kind : a frozen dataclass; its options are called like its fields.
-    options : of `from_dataclass` or `click.option`, in the order of the help; none: all that the dataclass declares.
-    fixed : fields that are no options of this verb.
-    """
-
-    def decorate(verb: Verb) -> Verb:
-        @wraps(verb)
-        def call_verb(*arguments: object, **values: object) -> object:
-            group = {field: values.pop(field) for field in names}
-            return verb(*arguments, **{name: build_options(kind, {**fixed, **group})}, **values)
-
-        inner = len(vars(verb).get("__click_params__", ()))
-        result: Verb = call_verb
-        for option in reversed(options or (from_dataclass(kind),)):
-            result = option(result)
-        names = [str(parameter.name) for parameter in vars(result)["__click_params__"][inner:]]
-        return result
-
-    return decorate
-
-
-def port(*names: str, multiple: bool = False) -> Option:
-    """--port of a plotter; one of the configuration is left aside where the result is to be a file."""
-    help_ = "/dev/ttyUSB0, COM3, tcp://host, ws://host, auto, or sim: (simulated)."
-    option = shared("--port", *names, multiple=multiple, unless=("dry_run", "output"), help=help_)
-    return group_under(MACHINE, option)
-
-
 def given_names() -> frozenset[str]:
     """The options of the running command that its user gave: they win over what the head of a letter says."""
     context = click.get_current_context()
     return frozenset(name for name in context.params if context.get_parameter_source(name) in _OF_USER)
-
-
-def sheet(usual_page: str) -> Callable[[Verb], Verb]:
-    """--page (usually that one), --margin and --pages, as `sheet`: SheetOptions."""
-    page = from_dataclass(SheetOptions, page={"help": f"{_PAGE}  [default: {usual_page}]"})
-    return bind("sheet", SheetOptions, page, usual_page=usual_page)
-
-
-def console(verb: Verb) -> Verb:
-    """--json and --quiet, as `console`: Console, which first says what the verb takes from a configuration."""
-
-    @wraps(verb)
-    def call_verb(*arguments: object, as_json: bool, quiet: bool, **values: object) -> object:
-        terminal = Console(as_json, quiet)
-        terminal.note(*configuration.sentences(click.get_current_context()))
-        return verb(*arguments, console=terminal, **values)
-
-    return _CONSOLE(call_verb)
-
-
-_PAGE = next(each.metadata["option"].help for each in fields(SheetOptions) if each.name == "page")
-# WritingOptions without slips, for other programs' commands
-manner = bind("writing", WritingOptions, from_dataclass(WritingOptions, leave_out=("slips",)))
-writing = bind("writing", WritingOptions)
-picture = bind("picture", PictureOptions)
-pose = bind("posing", PoseOptions)
-style = bind("styling", StyleOptions)

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING
 import click
 
 from handout import page_sizes, units
-from handout.cli import options, sentences
-from handout.cli.commands import VerbGroup
+from handout.cli import sentences
 from handout.cli.console import Console
+from handout.cli.options import verb
 from handout.errors import InputError
-from handout.pipeline.declarations import MACHINE, shared
+from handout.pipeline.declarations import MACHINE, option, port, shared
 from handout.pipeline.plot_request import HeightOptions
 
 if TYPE_CHECKING:
@@ -24,25 +24,23 @@ if TYPE_CHECKING:
 class _Plotter:
     """Which plotter, and where it is."""
 
-    port: str | None = None
-    device: str | None = shared(None, MACHINE, "The plotter's profile; see: handout devices list.")
+    port: str | None = port(None)
+    device: str | None = shared(None, "The plotter's profile; see: handout devices list.", MACHINE)
 
 
-_plotter = options.bind("plotter", _Plotter, options.port(), options.from_dataclass(_Plotter))
-
-
-@click.group("pen", cls=VerbGroup)
+@click.group("pen")
 def command() -> None:
     """Set up the pen of a plotter: a test sheet, its heights; move it by hand."""
 
 
-@command.command("test")
-@_plotter
-@click.option("--page", help=f"{page_sizes.HELP} default: A5, or a smaller machine's whole bed.")
-@click.option("--dry-run", multiple=True, type=click.Path(path_type=Path), help="Write the sheet instead of plotting.")
-@click.option("--seed", type=int, default=1, show_default=True, help="Of the writing on it.")
-@options.console
-def test(plotter: _Plotter, page: str | None, dry_run: tuple[Path, ...], seed: int, console: Console) -> None:
+@verb("test", command)
+def test(
+    console: Console,
+    plotter: _Plotter,
+    page: str | None = option(None, f"{page_sizes.HELP} default: A5, or a smaller machine's whole bed."),
+    dry_run: tuple[Path, ...] = option((), "Write the sheet instead of plotting."),
+    seed: int = option(1, "Of the writing on it."),
+) -> None:
     """Draw a sheet that shows what to set: steps, play, speeds, waits for the pen.
 
     \b
@@ -67,12 +65,13 @@ def test(plotter: _Plotter, page: str | None, dry_run: tuple[Path, ...], seed: i
     console.say(*(f"  {line}" for line in how_to_read))
 
 
-@command.command("heights")
-@_plotter
-@options.bind("heights", HeightOptions)
-@click.option("--yes", "-y", is_flag=True, help="Do not ask before the pen moves.")
-@options.console
-def heights(plotter: _Plotter, heights: HeightOptions, yes: bool, console: Console) -> None:
+@verb("heights", command)
+def heights(
+    console: Console,
+    plotter: _Plotter,
+    heights: HeightOptions,
+    yes: bool = option(False, "Do not ask before the pen moves.", flags=("--yes", "-y")),
+) -> None:
     """Find how far the pen is to be lifted and lowered, step by step.
 
     The pen moves only after you have said so. Ctrl-C lifts it.
@@ -107,10 +106,8 @@ def _move(how: Move, plotter: _Plotter, console: Console, x: str = "0", y: str =
 def _add_move(name: str, how: Move, help_: str) -> None:
     """Add a command that moves the pen."""
 
-    @command.command(name, help=f"{help_}\n\n\b\nhandout pen {name} --device axidraw-v3 --port auto")
-    @_plotter
-    @options.console
-    def move(plotter: _Plotter, console: Console) -> None:
+    @verb(name, command, help=f"{help_}\n\n\b\nhandout pen {name} --device axidraw-v3 --port auto")
+    def move(console: Console, plotter: _Plotter) -> None:
         _move(how, plotter, console)
 
 
@@ -124,12 +121,8 @@ _add_move(
 )
 
 
-@command.command("jog", context_settings={"ignore_unknown_options": True})  # a distance may be negative
-@click.argument("x")
-@click.argument("y")
-@_plotter
-@options.console
-def jog(x: str, y: str, plotter: _Plotter, console: Console) -> None:
+@verb("jog", command, context_settings={"ignore_unknown_options": True})
+def jog(console: Console, x: str, y: str, plotter: _Plotter) -> None:
     """Lift the pen and travel by X and Y along the machine's axes: mm, or lengths such as 2cm.
 
     \b

@@ -12,12 +12,12 @@ from typing import TYPE_CHECKING
 import click
 from click.core import ParameterSource
 
-from handout import page_sizes, units
-from handout.cli import configuration, options, sentences
-from handout.cli.commands import VerbCommand
+from handout import units
+from handout.cli import configuration, sentences
 from handout.cli.console import Console
+from handout.cli.options import given_names, verb
 from handout.errors import InputError
-from handout.pipeline.declarations import FILES, MACHINE, PARTS, option
+from handout.pipeline.declarations import FILES, MACHINE, PARTS, bundle, option, port
 from handout.pipeline.inputs import Source
 from handout.pipeline.options import MergeOptions, TableOptions
 from handout.pipeline.plot_request import AttendanceOptions, DrawingOptions, PartOptions, PlotRequest
@@ -33,18 +33,27 @@ _AGAIN |= {"begin", "end", "from_word", "to_word", "sheets"}
 _RESUMING = {"resume", "ports", "report", "at_zero", "home_after", "hold_limit", "yes", "as_json", "quiet"}
 
 
+_AGAIN_TOO = {
+    "heading": PARTS,
+    "help": "Plot what is kept once more, the last or that one; with --resume of a table ROWS: these, whatever "
+    "became of them.",
+    "metavar": "[JOB]",
+    "alone": _LAST,
+}
+
+
 @dataclass(frozen=True)
 class _PlotMode:
     """What the command is to do: plot, write a preview, or go on with a job; and with whom at the plotter."""
 
-    file: str | None = option(None, FILES, "Read the text from a file; - for standard input.", flags=("--file", "-f"))
-    dry_run: tuple[Path, ...] = option((), FILES, "Write a preview instead of plotting.", repeated=True, kind=Path)
-    show_travel: bool = option(False, FILES, "In previews (SVG, PDF, PNG): show how the lifted pen travels.")
-    yes: bool = option(False, MACHINE, "Do not stop between sheets and pens.", flags=("--yes", "-y"))
+    file: str | None = option(None, "Read the text from a file; - for standard input.", FILES, flags=("--file", "-f"))
+    dry_run: tuple[Path, ...] = option((), "Write a preview instead of plotting.", FILES)
+    show_travel: bool = option(False, "In previews (SVG, PDF, PNG): show how the lifted pen travels.", FILES)
+    yes: bool = option(False, "Do not stop between sheets and pens.", MACHINE, flags=("--yes", "-y"))
     resume: str | None = option(
-        None, PARTS, "Go on with a plot that broke off, the last or that one.", alone=_LAST, metavar="[JOB]"
+        None, "Go on with a plot that broke off, the last or that one.", PARTS, alone=_LAST, metavar="[JOB]"
     )
-    ports: tuple[str, ...] = ()
+    ports: tuple[str, ...] = port(())
     attendance: AttendanceOptions = AttendanceOptions()
 
     @property
@@ -57,44 +66,18 @@ class _PlotMode:
     @property
     def plots_anyway(self) -> bool:
         """Whether what is typed asks for a plot, whatever its text is."""
-        return self.file is not None or bool(self.dry_run) or "ports" in options.given_names()
+        return self.file is not None or bool(self.dry_run) or "ports" in given_names()
 
 
-@click.command("plot", cls=VerbCommand)
-@click.argument("text", nargs=-1)
-@options.bind("mode", _PlotMode, options.from_dataclass(_PlotMode), options.port("ports", multiple=True))
-@options.bind("drawing", DrawingOptions)
-@options.bind(
-    "table",
-    TableOptions,
-    options.from_dataclass(
-        TableOptions,
-        leave_out=("copies", "resume"),
-        again={
-            "heading": PARTS,
-            "help": "Plot what is kept once more, the last or that one; with --resume of a table ROWS: these, whatever "
-            "became of them.",
-            "metavar": "[JOB]",
-            "alone": _LAST,
-        },
-    ),
-)
-@options.bind("merge", MergeOptions, options.from_dataclass(MergeOptions, leave_out=("margin", "pages")))
-@options.bind(
-    "request",
-    PlotRequest,
-    options.from_dataclass(PlotRequest, page={"help": f"{page_sizes.HELP}  [default: A5]"}),
-    source=Source(""),
-)
-@options.console
+@verb("plot")
 def command(
+    console: Console,
     text: tuple[str, ...],
     mode: _PlotMode,
     drawing: DrawingOptions,
-    request: PlotRequest,
-    table: TableOptions,
-    merge: MergeOptions,
-    console: Console,
+    table: TableOptions = bundle(TableOptions(), leave_out=("copies", "resume"), again=_AGAIN_TOO),
+    merge: MergeOptions = bundle(MergeOptions(), leave_out=("margin", "pages")),
+    request: PlotRequest = PlotRequest(Source("")),
 ) -> int | None:
     """Write TEXT (or a file, or - for standard input) with a pen plotter, or draw the drawing that TEXT names; or with
     --letter or --with-envelopes a letter, an envelope or both for every row of the table that TEXT names.
@@ -139,7 +122,7 @@ def command(
     from handout.pipeline.texts import check_outputs
 
     check_outputs(mode.dry_run)
-    source = read_source(text, mode.file, console, options.given_names(), svg_text=drawing.svg_text)
+    source = read_source(text, mode.file, console, given_names(), svg_text=drawing.svg_text)
     request = replace(request, source=source)
     if mode.dry_run:
         _preview(request, mode, console)
@@ -182,7 +165,7 @@ def _plot_rows(
         raise InputError("Which table? Name one, as in: handout plot --port /dev/ttyUSB0 people.csv --letter card.md")
     if not mode.ports and not mode.dry_run:
         raise InputError("Where to? Give --port /dev/ttyUSB0 (or COM3, or sim:), or --dry-run preview.svg.")
-    rows, merge = replace(table, resume=mode.resume is not None), replace(merge, given=options.given_names())
+    rows, merge = replace(table, resume=mode.resume is not None), replace(merge, given=given_names())
     try:
         with console.working() if mode.dry_run else contextlib.nullcontext():
             how = request, mode.ports, (rows, merge), mode.attendance

@@ -8,26 +8,27 @@ from typing import TYPE_CHECKING
 import click
 
 from handout import units
-from handout.cli import options
-from handout.cli.commands import VerbGroup
 from handout.cli.console import Console
+from handout.cli.options import verb
+from handout.pipeline.declarations import argument, option, output
 
 if TYPE_CHECKING:
     from handout.pipeline.poses import PoseSheet
 
 
-@click.group("pose", cls=VerbGroup)
+@click.group("pose")
 def command() -> None:
     """Learn from recordings how a writer holds the pen, and show it."""
 
 
-@command.command("learn")
-@click.argument("recordings", nargs=-1, required=True, type=click.Path(path_type=Path))
-@click.option("--output", "-o", required=True, type=click.Path(path_type=Path), help="The .pose file.")
-@click.option("--title", help="What to call the library, for people; default: the name of the file.")
-@click.option("--level", is_flag=True, help="Take out what the place on the page does to the pose.")
-@options.console
-def learn(recordings: tuple[Path, ...], output: Path, title: str | None, level: bool, console: Console) -> None:
+@verb("learn", command)
+def learn(
+    console: Console,
+    recordings: tuple[Path, ...] = argument(required=True),
+    output: Path = output("The .pose file."),
+    title: str | None = option(None, "What to call the library, for people; default: the name of the file."),
+    level: bool = option(False, "Take out what the place on the page does to the pose."),
+) -> None:
     """Learn how one writer holds the pen from RECORDINGS of a tablet with pressure or tilt.
 
     They are .inkml, .svc, .uim, .cyn, .dat or .unp files, or .json: drawings, or the pointer events of a web page.
@@ -42,11 +43,8 @@ def learn(recordings: tuple[Path, ...], output: Path, title: str | None, level: 
     console.report(result, f"Wrote {output}: {_sentence(result)}.")
 
 
-@command.command("show")
-@click.argument("pose")
-@click.option("--output", "-o", required=True, type=click.Path(path_type=Path), help="A PNG file.")
-@options.console
-def show(pose: str, output: Path, console: Console) -> None:
+@verb("show", command)
+def show(console: Console, pose: str, output: Path = output("A PNG file.")) -> None:
     """Draw the strokes of POSE, a name or a .pose file, coloured by how the pen was held.
 
     \b

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 import click
 
 from handout import units
-from handout.cli import options, sentences
-from handout.cli.commands import VerbCommand, group_under
+from handout.cli import sentences
 from handout.cli.console import Console
-from handout.pipeline.declarations import MACHINE
+from handout.cli.options import given_names, verb
+from handout.pipeline.declarations import MACHINE, option
 from handout.pipeline.options import MergeOptions, PictureOptions, PrintOptions, WritingOptions
 
 if TYPE_CHECKING:
@@ -21,22 +21,15 @@ if TYPE_CHECKING:
 _MOST_NAMED = 12  # files that are named at the end
 
 
-@click.command("print", cls=VerbCommand)
-@click.argument("table", type=click.Path(path_type=Path))
-@options.bind("printing", PrintOptions)
-@options.bind("merge", MergeOptions)
-@group_under(MACHINE, click.option("--yes", "-y", is_flag=True, help="Do not stop where other paper is to be put in."))
-@options.writing
-@options.picture
-@options.console
+@verb("print")
 def command(
+    console: Console,
     table: Path,
     printing: PrintOptions,
     merge: MergeOptions,
-    yes: bool,
-    writing: WritingOptions,
-    picture: PictureOptions,
-    console: Console,
+    yes: bool = option(False, "Do not stop where other paper is to be put in.", MACHINE, flags=("--yes", "-y")),
+    writing: WritingOptions = WritingOptions(),
+    picture: PictureOptions = PictureOptions(),
 ) -> int:
     """Print an envelope, a letter or both for every row of TABLE (CSV, or .xlsx).
 
@@ -54,7 +47,7 @@ def command(
     console.yes = yes
     try:
         with console.working():
-            asked = replace(merge, given=options.given_names())
+            asked = replace(merge, given=given_names())
             result = print_(table, printing, writing, picture, asked, attendant=console)
     except (PrintingStopped, RowsRefused) as stopped:
         name_problems(stopped.report, console)

@@ -5,18 +5,22 @@ from __future__ import annotations
 import click
 
 from handout import units
-from handout.cli import options, sentences
-from handout.cli.commands import VerbCommand
+from handout.cli import sentences
 from handout.cli.console import Console
+from handout.cli.options import verb
+from handout.pipeline.declarations import option, output
 from handout.pipeline.options import PromptOptions
 
 
-@click.command("prompt", cls=VerbCommand)
-@click.option("--output", "-o", required=True, help="The PDF file for the sheets.")
-@options.bind("prompting", PromptOptions)
-@click.option("--verbose", "-v", is_flag=True, help="A table of how often each letter and pair will be there.")
-@options.console
-def command(output: str, prompting: PromptOptions, verbose: bool, console: Console) -> None:
+@verb("prompt")
+def command(
+    console: Console,
+    output: str = output("The PDF file for the sheets."),
+    prompting: PromptOptions = PromptOptions(),
+    verbose: bool = option(
+        False, "A table of how often each letter and pair will be there.", flags=("--verbose", "-v")
+    ),
+) -> None:
     """Make sheets to write on, so that a scan of them becomes a hand.
 
     The sentences are chosen so that few pages hold as many instances of every letter and pair as possible. Print the

@@ -8,36 +8,24 @@ from pathlib import Path
 import click
 
 from handout import units
-from handout.cli import options, sentences
-from handout.cli.commands import VerbCommand, group_under
+from handout.cli import sentences
 from handout.cli.console import Console
-from handout.pipeline.declarations import FILES
+from handout.cli.options import given_names, verb
+from handout.pipeline.declarations import FILES, bundle, option
 from handout.pipeline.options import MergeOptions, PictureOptions, ProofOptions, WritingOptions
 
 
-@click.command("proof", cls=VerbCommand)
-@click.argument("table", type=click.Path(path_type=Path))
-@group_under(
-    FILES,
-    click.option("--output", "-o", multiple=True, type=click.Path(path_type=Path), help="proof.html or proof.pdf."),
-)
-@options.bind(
-    "proofing",
-    ProofOptions,
-    options.from_dataclass(ProofOptions, leave_out=("copies", "resume", "again", "afresh", "jobs", "cluster")),
-)
-@options.bind("merge", MergeOptions)
-@options.writing
-@options.picture
-@options.console
+@verb("proof")
 def command(
-    table: Path,
-    output: tuple[Path, ...],
-    proofing: ProofOptions,
-    merge: MergeOptions,
-    writing: WritingOptions,
-    picture: PictureOptions,
     console: Console,
+    table: Path,
+    output: tuple[Path, ...] = option((), "proof.html or proof.pdf.", FILES, flags=("--output", "-o")),
+    proofing: ProofOptions = bundle(
+        ProofOptions(), leave_out=("copies", "resume", "again", "afresh", "jobs", "cluster")
+    ),
+    merge: MergeOptions = MergeOptions(),
+    writing: WritingOptions = WritingOptions(),
+    picture: PictureOptions = PictureOptions(),
 ) -> int:
     """Show every page of the letters and envelopes that TABLE makes, with what to look at first.
 
@@ -51,7 +39,7 @@ def command(
     from handout.pipeline.proofing import proof
 
     with console.working():
-        asked = replace(merge, given=options.given_names())
+        asked = replace(merge, given=given_names())
         result = proof(table, output, proofing, writing, picture, asked, listener=console)
     told = result.told
     for failure in told["failed"]:

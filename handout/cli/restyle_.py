@@ -5,32 +5,24 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import click
-
 from handout import units
-from handout.cli import options
-from handout.cli.commands import VerbCommand
 from handout.cli.console import Console
+from handout.cli.options import verb
+from handout.pipeline.declarations import argument, output
 from handout.pipeline.options import PictureOptions, PoseOptions, StyleOptions
 
 if TYPE_CHECKING:
     from handout.pipeline.drawings import Styled
 
 
-@click.command("restyle", cls=VerbCommand)
-@click.argument("source", metavar="DRAWING", type=click.Path(path_type=Path))
-@click.option("--output", "-o", multiple=True, required=True, type=click.Path(path_type=Path), help="SVG, PNG, PDF …")
-@options.style
-@options.pose
-@options.picture
-@options.console
+@verb("restyle")
 def command(
-    source: Path,
-    output: tuple[Path, ...],
-    styling: StyleOptions,
-    posing: PoseOptions,
-    picture: PictureOptions,
     console: Console,
+    source: Path = argument(metavar="DRAWING"),
+    output: tuple[Path, ...] = output("SVG, PNG, PDF …"),
+    styling: StyleOptions = StyleOptions(),
+    posing: PoseOptions = PoseOptions(),
+    picture: PictureOptions = PictureOptions(),
 ) -> None:
     """Draw DRAWING (SVG, InkML, JSON, UNIPEN, SVC, CYN, UIM or GML) in another handstyle.
 

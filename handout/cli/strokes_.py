@@ -8,27 +8,28 @@ from typing import TYPE_CHECKING
 import click
 
 from handout import units
-from handout.cli import options
-from handout.cli.commands import VerbGroup
 from handout.cli.console import Console
+from handout.cli.options import JSON, verb
+from handout.pipeline.declarations import option, output
 from handout.pipeline.options import PictureOptions, StyleOptions
 
 if TYPE_CHECKING:
     from handout.pipeline.results import Told
 
 
-@click.group("strokes", cls=VerbGroup)
+@click.group("strokes")
 def command() -> None:
     """Explain strokes by the movements of a hand, and draw such plans."""
 
 
-@command.command("fit")
-@click.argument("trace", type=click.Path(path_type=Path))
-@click.option("--output", "-o", type=click.Path(path_type=Path), help="Write the plans here, as JSON.")
-@click.option("--report", type=click.Path(path_type=Path), help="Write a picture of trace, fit and speeds here (SVG).")
-@click.option("--shape-only", is_flag=True, help="Ignore the times of the trace.")
-@options.as_json
-def fit(trace: Path, output: Path | None, report: Path | None, shape_only: bool, as_json: bool) -> None:
+@verb("fit", command)
+def fit(
+    trace: Path,
+    output: Path | None = output("Write the plans here, as JSON.", required=False),
+    report: Path | None = option(None, "Write a picture of trace, fit and speeds here (SVG)."),
+    shape_only: bool = option(False, "Ignore the times of the trace."),
+    as_json: bool = JSON,
+) -> None:
     """Find the plan behind every stroke of TRACE: InkML, UNIPEN, SVC, GML, SVG or a drawing in JSON.
 
     A plan is a few aimed pulses of lognormal speed. With the times of a recorded pen it keeps them; of a drawing
@@ -54,20 +55,13 @@ def _sentence(told: Told) -> str:
     return sentence + (f"; wrote {', '.join(told['files'])}." if told["files"] else ".")
 
 
-_PLAN = click.argument("plan", type=click.Path(path_type=Path))
-_OUTPUT = click.option(
-    "--output", "-o", multiple=True, required=True, type=click.Path(path_type=Path), help="SVG, InkML, PNG …"
-)
-
-
-@command.command("draw")
-@_PLAN
-@_OUTPUT
-@options.style
-@options.picture
-@options.console
+@verb("draw", command)
 def draw(
-    plan: Path, output: tuple[Path, ...], styling: StyleOptions, picture: PictureOptions, console: Console
+    console: Console,
+    plan: Path,
+    output: tuple[Path, ...] = output("SVG, InkML, PNG …"),
+    styling: StyleOptions = StyleOptions(),
+    picture: PictureOptions = PictureOptions(),
 ) -> None:
     """Draw the plans of PLAN, a JSON file that `fit` wrote, changed by hand or not, or of targets alone.
 
@@ -86,15 +80,14 @@ def draw(
     )
 
 
-@command.command("vary")
-@_PLAN
-@_OUTPUT
-@click.option("--copies", type=int, default=20, show_default=True, help="1 to 500.")
-@options.style
-@options.picture
-@options.console
+@verb("vary", command)
 def vary(
-    plan: Path, output: tuple[Path, ...], copies: int, styling: StyleOptions, picture: PictureOptions, console: Console
+    console: Console,
+    plan: Path,
+    output: tuple[Path, ...] = output("SVG, InkML, PNG …"),
+    copies: int = option(20, "1 to 500."),
+    styling: StyleOptions = StyleOptions(),
+    picture: PictureOptions = PictureOptions(),
 ) -> None:
     """Draw PLAN many times on one sheet, each copy a little different.
 

@@ -7,19 +7,21 @@ from pathlib import Path
 
 import click
 
-from handout.cli.commands import VerbCommand
+from handout.cli.options import LISTENING, UNSEEN, verb
 from handout.errors import InputError
+from handout.pipeline.declarations import option
 
 MISSING = "The studio needs two packages more: pip install 'handout-driver[web]'."
 
 
-@click.command("studio", cls=VerbCommand)
-@click.argument("files", nargs=-1)
-@click.option("--port", type=click.IntRange(1, 65535), help="Where it listens; default: 7217, or any that is free.")
-@click.option("--no-browser", is_flag=True, help="Print the link and open nothing.")
-@click.option("--key-file", type=click.Path(path_type=Path), help="Keep a key for programs in this file meanwhile.")
-@click.option("--json", "as_json", is_flag=True, help="Print the link as one JSON object.")
-def command(files: tuple[str, ...], port: int | None, no_browser: bool, key_file: Path | None, as_json: bool) -> None:
+@verb("studio")
+def command(
+    files: tuple[str, ...],
+    port: int | None = LISTENING,
+    no_browser: bool = UNSEEN,
+    key_file: Path | None = option(None, "Keep a key for programs in this file meanwhile."),
+    as_json: bool = option(False, "Print the link as one JSON object.", flags=("--json",)),
+) -> None:
     """Open the studio in the browser: write, make hands, correct their letters, bend styles.
 
     FILES are .hand files, and .toml and .style files of handstyles, to have there. It listens on this computer alone,

@@ -7,23 +7,24 @@ from pathlib import Path
 import click
 
 from handout import units
-from handout.cli import options
-from handout.cli.commands import VerbGroup
 from handout.cli.console import Console
+from handout.cli.options import LISTENING, UNSEEN, verb
+from handout.pipeline.declarations import argument, output
 from handout.pipeline.options import LessonOptions
 
 
-@click.group("style", cls=VerbGroup)
+@click.group("style")
 def command() -> None:
     """Learn handstyles, and edit them."""
 
 
-@command.command("learn")
-@click.argument("examples", metavar="EXAMPLE...", nargs=-1, required=True, type=click.Path(path_type=Path))
-@click.option("--output", "-o", required=True, type=click.Path(path_type=Path), help="The .style file to write.")
-@options.bind("lesson", LessonOptions)
-@options.console
-def learn(examples: tuple[Path, ...], output: Path, lesson: LessonOptions, console: Console) -> None:
+@verb("learn", command)
+def learn(
+    console: Console,
+    examples: tuple[Path, ...] = argument(required=True, metavar="EXAMPLE..."),
+    output: Path = output("The .style file to write."),
+    lesson: LessonOptions = LessonOptions(),
+) -> None:
     """Learn how a hand moves from drawings of it, GML, InkML, UNIPEN, SVC, SVG or JSON: one is enough.
 
     \b
@@ -41,11 +42,12 @@ def learn(examples: tuple[Path, ...], output: Path, lesson: LessonOptions, conso
     )
 
 
-@command.command("edit")
-@click.argument("style")
-@click.option("--port", type=click.IntRange(1, 65535), help="Where it listens; default: 7217, or any that is free.")
-@click.option("--no-browser", is_flag=True, help="Print the link and open nothing.")
-def edit(style: str, port: int | None, no_browser: bool) -> None:
+@verb("edit", command)
+def edit(
+    style: str,
+    port: int | None = LISTENING,
+    no_browser: bool = UNSEEN,
+) -> None:
     """Edit a handstyle in the browser: STYLE is a .toml or .style file, which may be new, or the name of a style.
 
     \b

@@ -2,46 +2,26 @@
 
 from __future__ import annotations
 
-import click
-
 from handout import units
-from handout.cli import options, sentences
-from handout.cli.commands import VerbCommand, group_under
+from handout.cli import sentences
 from handout.cli.console import Console
-from handout.pipeline.declarations import FILES, MACHINE
+from handout.cli.options import given_names, verb
+from handout.pipeline.declarations import FILES, MACHINE, option, output, shared
 from handout.pipeline.options import PictureOptions, SheetOptions, WritingOptions
 
 
-@click.command("write", cls=VerbCommand)
-@click.argument("text", nargs=-1)
-@group_under(
-    FILES,
-    click.option("--file", "-f", help="Read the text from a file; - for standard input."),
-    click.option(
-        "--output",
-        "-o",
-        multiple=True,
-        required=True,
-        help=".svg .png .pdf .eps .dxf .inkml .json .gcode …; repeatable.",
-    ),
-)
-@group_under(
-    MACHINE,
-    options.shared("--device", help="The plotter that a .gcode, .hpgl or .ebb file is for; default: a common one."),
-)
-@options.sheet("A4")
-@options.writing
-@options.picture
-@options.console
+@verb("write")
 def command(
-    text: tuple[str, ...],
-    file: str | None,
-    output: tuple[str, ...],
-    device: str | None,
-    sheet: SheetOptions,
-    writing: WritingOptions,
-    picture: PictureOptions,
     console: Console,
+    text: tuple[str, ...],
+    file: str | None = option(None, "Read the text from a file; - for standard input.", FILES, flags=("--file", "-f")),
+    output: tuple[str, ...] = output(".svg .png .pdf .eps .dxf .inkml .json .gcode …; repeatable.", FILES),
+    device: str | None = shared(
+        None, "The plotter that a .gcode, .hpgl or .ebb file is for; default: a common one.", MACHINE
+    ),
+    sheet: SheetOptions = SheetOptions(usual_page="A4"),
+    writing: WritingOptions = WritingOptions(),
+    picture: PictureOptions = PictureOptions(),
 ) -> None:
     """Write TEXT (or a file, or - for standard input) in handwriting; a .md file is a letter with a layout.
 
@@ -53,7 +33,7 @@ def command(
     from handout.pipeline.inputs import written_source
     from handout.pipeline.writing import write
 
-    source = written_source(text, file, console, options.given_names())
+    source = written_source(text, file, console, given_names())
     with console.working():
         result = write(source, output, writing, sheet, picture, device=device, listener=console)
     console.report(

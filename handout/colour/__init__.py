@@ -6,14 +6,11 @@ that a scan of the page should show into the colour to send, so the loop of prin
     chart          the calibration chart: its colours and places
     chart_files    the chart as the printer's own pixels, and as .ti1, .ti2 and .ti3 tables
     reading/       from scans of the chart to the colour of each patch, with checks of scan and print
-    patches        what was sent and what was seen of it
-    models/        models of printer, paper and scanner: forward, inverse, the splines under both
-    table          the colour table, and pages through it
-    interpolation  looking colours up in a table: tetrahedra
+    models/        patches, as sent and seen; models of printer, paper and scanner: forward, inverse, their splines
+    table          the colour table, pages through it, and which ink the printer cannot reach
     exports, icc   a table in the formats of other programs
     cgats          tables of colours as text
-    gamut          which ink a printer cannot reach, and what it loses there
-    pen_lines, ink_match   the lines of a pen in two scans: what do other settings make of its ink
+    ink_match      the lines of a pen in two scans: what do other settings make of its ink
     conversions    scanned RGB as CIE colours, ΔE00 (colour-science)
     report         what was read of a chart, as HTML
 

@@ -58,10 +58,7 @@ class CgatsTable:
     def numbers(self, *names: str) -> Array:
         """Columns as numbers, (sets, names).
 
-        Raises
-        ------
-        InputError
-            No such field, or a value in it that is no number, or one beyond any colour.
+        Raises InputError: no such field, or a value in it that is no number, or one beyond any colour.
         """
         for name in names:
             if name not in self.fields:
@@ -92,10 +89,7 @@ def table(kind: str, keywords: Mapping[str, str], columns: Mapping[str, Sequence
 def read_tables(path: Path) -> tuple[CgatsTable, ...]:
     """The tables of a file.
 
-    Raises
-    ------
-    InputError
-        Unreadable, or not CGATS; the message names the line.
+    Raises InputError: unreadable, or not CGATS; the message names the line.
     """
     try:
         data = path.read_bytes()
@@ -113,10 +107,7 @@ def read_tables(path: Path) -> tuple[CgatsTable, ...]:
 def parse(text: str, source: str = "table") -> tuple[CgatsTable, ...]:
     """The tables of a text; `source` is what it is called in messages.
 
-    Raises
-    ------
-    InputError
-        Not CGATS; the message names the line.
+    Raises InputError: not CGATS; the message names the line.
     """
     words = _Words(text, source)
     tables: list[CgatsTable] = []

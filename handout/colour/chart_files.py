@@ -25,7 +25,7 @@ from handout.errors import InputError
 from handout.values import Array, readonly
 
 if TYPE_CHECKING:
-    from handout.colour.patches import Patches
+    from handout.colour.models.forward import Patches
     from handout.colour.reading import ChartReading
 
 
@@ -42,22 +42,17 @@ def render(page: ChartPage, dpi: float, lines: tuple[str, ...] = (), title: str 
     Parameters
     ----------
     page : ChartPage
-    dpi : float
-        300–2400.
+    dpi : 300–2400.
     lines : at most two str
         Under the title: printer, paper, date.
-    title : str
-        Empty: that of the chart.
+    title : empty: that of the chart.
 
     Returns
     -------
     (h, w, 3) uint8
         Device RGB; pixel (i, j) covers ((j … j + 1), (i … i + 1)) · 25.4 / dpi mm of the sheet.
 
-    Raises
-    ------
-    InputError
-        A resolution outside its bounds, or words that cannot be printed there.
+    Raises InputError: a resolution outside its bounds, or words that cannot be printed there.
     """
     if not DPI[0] <= dpi <= DPI[1]:
         raise InputError(f"chart: {dpi:g} dpi is outside {DPI[0]:g} to {DPI[1]:g}.")
@@ -196,8 +191,7 @@ def ti3(reading: ChartReading | Patches, about: Mapping[str, str] | None = None)
     Parameters
     ----------
     reading : Reading or Patches
-    about : mapping, optional
-        Further keywords: printer, paper, scanner.
+    about : further keywords: printer, paper, scanner.
     """
     columns = {
         "SAMPLE_ID": _ids(len(reading.device)),
@@ -213,10 +207,7 @@ def ti3(reading: ChartReading | Patches, about: Mapping[str, str] | None = None)
 def from_ti3(tables: tuple[cgats.CgatsTable, ...]) -> tuple[Array, Array, Array]:
     """What `ti3` stored: device (n, 3), scanned (n, 3) and deviation (n,), all in 0–1.
 
-    Raises
-    ------
-    InputError
-        The table is none of a scan.
+    Raises InputError: the table is none of a scan.
     """
     table = tables[0]
     if SCANNED[0] not in table.fields:

@@ -11,7 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     import numpy as np
@@ -66,16 +66,10 @@ def png(table: ColourTable) -> bytes:
     return out.getvalue()
 
 
-def _icc(source: ExportSource) -> bytes:
+def _profiles() -> Any:
     from handout.colour import icc
 
-    return icc.output_profile(source.table, source.date, source.title)
-
-
-def _icc_link(source: ExportSource) -> bytes:
-    from handout.colour import icc
-
-    return icc.device_link(source.table, source.date, source.title)
+    return icc
 
 
 def _ti3(source: ExportSource) -> bytes:
@@ -84,8 +78,8 @@ def _ti3(source: ExportSource) -> bytes:
 
 
 FORMATS: dict[str, Callable[[ExportSource], bytes]] = {
-    "icc": _icc,
-    "icc-link": _icc_link,
+    "icc": lambda source: _profiles().output_profile(source.table, source.date, source.title),
+    "icc-link": lambda source: _profiles().device_link(source.table, source.date, source.title),
     "cube": lambda source: cube(source.table),
     "ti3": _ti3,
     "png": lambda source: png(source.table),

@@ -35,8 +35,7 @@ def report(reading: ChartReading, title: str = "Colour chart", more: Sequence[tu
     Parameters
     ----------
     reading : Reading
-    title : str
-        Printer, paper, date.
+    title : printer, paper, date.
     more : sequence of (heading, HTML)
         Further sections, after the findings: what a calibration made of it.
     """
@@ -64,10 +63,7 @@ def page(title: str, summary: str, sections: Sequence[tuple[str, str]]) -> str:
 def write_report(path: Path, reading: ChartReading, title: str = "Colour chart") -> None:
     """Write the page to a file.
 
-    Raises
-    ------
-    InputError
-        It cannot be written.
+    Raises InputError: it cannot be written.
     """
     atomic.write(path, report(reading, title).encode("utf-8"))
 

@@ -161,7 +161,7 @@ class WritingManner:
         distances = np.zeros((len(level), len(level)))
         for i, a in enumerate(level):
             for j, b in enumerate(level[:i]):
-                squares = _squares(a, b)
+                squares = ways.measure_squares(a, b)
                 mean = np.sqrt(squares.min(axis=0)).mean() + np.sqrt(squares.min(axis=1)).mean()
                 distances[i, j] = distances[j, i] = 0.5 * mean
         price = distances @ (weight / weight.sum()) + SETTINGS.narrowed * np.maximum(narrowed, 0.0)
@@ -229,7 +229,7 @@ class _GaussianProcess:
         """(n, n): of what is seen of the places, along the line or upwards."""
         s, glyphs, cost = SETTINGS, *np.array([(one.glyphs, one.cost) for one in self._known]).T
         noise = s.noise**2 * (1 + _GLYPHS / glyphs) + (s.doubt * cost) ** 2
-        near = s.own**2 * np.exp(-0.5 * _squares(self._places[:, :2], self._places[:, :2]) / s.own_reach**2)
+        near = s.own**2 * np.exp(-0.5 * ways.measure_squares(self._places[:, :2], self._places[:, :2]) / s.own_reach**2)
         own = np.where(self._of[:, None] == self._of, near, 0.0)
         own += np.diag(noise[self._of])
         return np.asarray(_find_covariance(self._places, self._kinds, self._places, self._kinds, axis) + own)
@@ -256,15 +256,11 @@ def _places(way: FormWay) -> Array:
     return found
 
 
-def _squares(a: Array, b: Array) -> Array:
-    return np.asarray(np.maximum((a * a).sum(axis=1)[:, None] + (b * b).sum(axis=1) - 2 * a @ b.T, 0.0))
-
-
 def _find_covariance(places: Array, kinds: Indices, others: Array, other_kinds: Indices, axis: int) -> Array:
     """Covariance (n, m) of what places and others are moved by, along the line (axis 0) or upwards."""
     s = SETTINGS
     scale = 1 / np.array([s.across, s.up, s.way, s.way, s.end, s.end, s.turn])
-    near = s.moved**2 * np.exp(-0.5 * _squares(places * scale, others * scale))
+    near = s.moved**2 * np.exp(-0.5 * ways.measure_squares(places * scale, others * scale))
     weights = np.square((s.aside, s.upward)[axis])
     linear = (_terms(places, axis) * weights) @ _terms(others, axis).T
     return np.asarray(np.where(kinds[:, None] == other_kinds, 1.0, s.other) * (near + linear))
@@ -283,7 +279,7 @@ _NEAR, _FURTHER, _PARALLEL = 0.22, 5, 0.9  # x-heights, places along the way, an
 def _share_beside(xy: Array, form: FormWay) -> float:
     """The share of the places (n, 2) of a bent form that run beside other places of the form."""
     along, number = form.tangents(xy), np.arange(len(xy))
-    near = (_squares(xy, xy) < _NEAR**2) & (np.abs(along @ along.T) > _PARALLEL)
+    near = (ways.measure_squares(xy, xy) < _NEAR**2) & (np.abs(along @ along.T) > _PARALLEL)
     return float((near & (np.abs(number[:, None] - number) > _FURTHER)).any(axis=1).mean())
 
 

@@ -62,10 +62,7 @@ class Specimen:
 def add_page(hand: ScannedHand, specimens: Sequence[Specimen]) -> ScannedHand:
     """The hand with one page more, which holds the specimens as its letters.
 
-    Raises
-    ------
-    InputError
-        Some are to be drawn, and there are too few clear pieces of line to take the pen from.
+    Raises InputError: some are to be drawn, and there are too few clear pieces of line to take the pen from.
     """
     like = hand.pages[0]
     spots, page = _origins(specimens, like)
@@ -76,20 +73,12 @@ def add_page(hand: ScannedHand, specimens: Sequence[Specimen]) -> ScannedHand:
     pixels = _page_pixels(hand, specimens, laid, spots, page, like)
     graph, first = _unite_graphs([graph for some in laid for graph in some], like.pixel)
     rows = np.unique(spots[:, 1])
+    baselines = np.array([[row / like.pixel - 0.5, 0.0, 0.0, 0.0, 1.0] for row in rows])
+    height, width = pixels.shape[:2]
     sheet = ScannedPage(
-        "put together",
-        "",
-        like.dpi,
-        (pixels.shape[0], pixels.shape[1]),
-        graph,
-        np.array([[row / like.pixel - 0.5, 0.0, 0.0, 0.0, 1.0] for row in rows]),
-        like.pitch,
-        like.x_height,
-        like.slant,
-        like.pen,
-        Texture((0, 0), (pixels.shape[0], pixels.shape[1]), lambda: pixels),
-        like.paper,
-    )
+        "put together", "", like.dpi, (height, width), graph, baselines, like.pitch, like.x_height, like.slant,
+        like.pen, Texture((0, 0), (height, width), lambda: pixels), like.paper,
+    )  # fmt: skip
     starts = iter(first)
     glyphs = list(hand.glyphs)
     for number, (specimen, spot) in enumerate(zip(specimens, spots, strict=True)):

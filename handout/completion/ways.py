@@ -172,7 +172,7 @@ def take_glyph(hand: ScannedHand, number: int) -> AuthorGlyph:
     return AuthorGlyph(upright[some], way[some], own[some])
 
 
-def _squares(a: Array, b: Array) -> Array:
+def measure_squares(a: Array, b: Array) -> Array:
     """(n, m): squared distances of places (n, d) from places (m, d)."""
     return np.asarray(np.maximum((a * a).sum(axis=1)[:, None] + (b * b).sum(axis=1) - 2 * a @ b.T, 0.0))
 
@@ -187,10 +187,10 @@ def measure_distance(xy: Array, along: Array, glyph: AuthorGlyph) -> float:
     """x-heights that a line (n, 2) and a glyph's own lie apart on the average, when best moved along the line."""
     line, other = _turning(xy, along), _turning(glyph.xy, glyph.along)
     line[:, 0] -= np.median(line[:, 0])
-    squares = _squares(line, other)
+    squares = measure_squares(line, other)
     for _ in range(_CENTRING):
         line[:, 0] += _aside(line, other, squares, glyph.own)
-        squares = _squares(line, other)
+        squares = measure_squares(line, other)
     return float(0.5 * (np.sqrt(squares.min(axis=1)).mean() + np.sqrt(squares.min(axis=0)[glyph.own]).mean()))
 
 
@@ -230,11 +230,11 @@ def fit(way: FormWay, glyph: AuthorGlyph) -> BentWay:
     other = _turning(glyph.xy, glyph.along)
     for _ in range(_CENTRING):
         line = _turning(start, way.unit_vectors)
-        start[:, 0] += _aside(line, other, _squares(line, other), glyph.own)
+        start[:, 0] += _aside(line, other, measure_squares(line, other), glyph.own)
     bends, moves = way.stiffness
     own, bent, n = np.flatnonzero(glyph.own), start, len(start)
     for stiff in np.geomspace(*_STIFF, _ROUNDS):
-        squares = _squares(_turning(bent, way.tangents(bent)), other)
+        squares = measure_squares(_turning(bent, way.tangents(bent)), other)
         there, back = squares.argmin(axis=1), squares[:, own].argmin(axis=0)
         weight = 1 / (1 + squares[np.arange(n), there] / _FAR**2)
         pull = weight[:, None] * (glyph.xy[there] - start)
@@ -243,7 +243,7 @@ def fit(way: FormWay, glyph: AuthorGlyph) -> BentWay:
         for axis in (0, 1):
             pull[:, axis] += np.bincount(back, covering * (glyph.xy[own, axis] - start[back, axis]), n)
         bent = start + np.linalg.solve(stiff * bends + moves + np.diag(weight), pull)
-    squares = _squares(bent, glyph.xy)
+    squares = measure_squares(bent, glyph.xy)
     left = 0.5 * (np.sqrt(squares.min(axis=1)).mean() + np.sqrt(squares.min(axis=0)[own]).mean())
     away = bent - start
     return BentWay(bent, float(left + BEND * np.sqrt((away * away).sum(axis=1).mean())))

@@ -21,6 +21,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from handout.branching import number_pieces
 from handout.hand import outlier_score
 from handout.hand.author_reader import author_reader, picture_of_vertices, reads_alone, surprises
 from handout.hand.glyph_features import glyph_features
@@ -209,20 +210,15 @@ class _Mender:
 
     def _pieces(self) -> Iterator[_Move]:
         """Loose pieces of letters that might be other letters', or nobody's."""
-        from scipy.sparse import coo_matrix
-        from scipy.sparse.csgraph import connected_components
         from scipy.spatial import cKDTree
 
         trees = [cKDTree(page.graph.uv) for page in self._hand.pages]
         for number in np.flatnonzero(self._free).tolist():
             glyph = self._hand.glyphs[number]
-            page, owner, count = self._hand.pages[glyph.page], self._owners[glyph.page], len(glyph.vertices)
-            a, b = page.graph.edges_between(glyph.vertices).T
-            pieces, piece = connected_components(coo_matrix((np.ones(len(a)), (a, b)), (count, count)), directed=False)
-            largest = int(np.bincount(piece).argmax())
-            for k in range(pieces if pieces > 1 else 0):
-                if k == largest:
-                    continue
+            page, owner = self._hand.pages[glyph.page], self._owners[glyph.page]
+            piece = number_pieces(page.graph.edges_between(glyph.vertices), len(glyph.vertices))
+            sizes = np.bincount(piece)
+            for k in np.delete(np.arange(len(sizes)), sizes.argmax()).tolist():
                 vertices = glyph.vertices[piece == k]
                 near = trees[glyph.page].query_ball_point(
                     page.graph.uv[vertices], _SETTINGS.near * page.x_height / page.pixel

@@ -14,6 +14,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from handout.branching import number_pieces
 from handout.hand.scanned import ScannedHand, ScannedPage
 from handout.values import Array, Indices, LineGraph
 
@@ -106,15 +107,12 @@ def _sizes(ink: _Ink) -> Array:
 
 def _connections(sheet: ScannedPage, ink: _Ink) -> Array:
     """(n, 8): logarithms of length and radius; density; pieces, loops, ends and forks; share of the main piece."""
-    from scipy.sparse import coo_matrix
-    from scipy.sparse.csgraph import connected_components
-
     graph, count, sets = sheet.graph, len(ink.vertices), len(ink.first) - 1
     inner = _inner_edges(graph, ink)
-    joined = coo_matrix((np.ones(len(inner), dtype=np.int8), (inner[:, 0], inner[:, 1])), shape=(count, count))
-    pieces, piece = connected_components(joined, directed=False)
+    piece = number_pieces(inner, count)
+    size = np.bincount(piece)
     degree = np.bincount(inner.ravel(), minlength=count)
-    owner, size = np.zeros(pieces, dtype=np.intp), np.bincount(piece, minlength=pieces)
+    owner = np.zeros(len(size), dtype=np.intp)
     owner[piece] = ink.of
     step = np.hypot(*(graph.xy[ink.vertices[inner[:, 0]]] - graph.xy[ink.vertices[inner[:, 1]]]).T) / sheet.x_height
 

@@ -16,6 +16,7 @@ import regex
 from numpy.typing import NDArray
 
 from handout import units
+from handout.branching import number_pieces
 from handout.hand import page_editor, resegmentation
 from handout.hand.ligatures import LigatureFinder
 from handout.hand.page_editor import PaintError
@@ -338,7 +339,7 @@ class HandEditor:
         """The unassigned vertices that are connected to a given one."""
         loose = self._owner == NOBODY
         edges = self._scan.graph.edges
-        piece = _pieces(edges[loose[edges].all(axis=1)], len(loose))
+        piece = number_pieces(edges[loose[edges].all(axis=1)], len(loose))
         return np.flatnonzero(loose & (piece == piece[vertex]))
 
     def _take_vertices(self, number: int, vertices: Indices) -> None:
@@ -613,7 +614,7 @@ class HandEditor:
         """The vertices of a glyph on the two sides of a cut, the left part first."""
         graph, vertices = self._scan.graph, self._glyph(number).vertices
         inside = (self._owner[graph.edges] == number).all(axis=1)
-        piece = _pieces(graph.edges[inside & ~crossed], len(graph))
+        piece = number_pieces(graph.edges[inside & ~crossed], len(graph))
         cut = graph.edges[crossed]
         if (piece[cut[:, 0]] == piece[cut[:, 1]]).any():
             raise CorrectionError(
@@ -633,16 +634,6 @@ def _one_letter(text: str) -> str:
     if len(regex.findall(r"\X", text)) != 1 or text.isspace():
         raise CorrectionError(f"text {text!r} is not one letter")
     return text
-
-
-def _pieces(edges: Indices, count: int) -> Indices:
-    """(count,) number of the connected piece of every vertex."""
-    from scipy.sparse import coo_matrix
-    from scipy.sparse.csgraph import connected_components
-
-    a, b = edges.T
-    joined = coo_matrix((np.ones(len(a), np.int8), (a, b)), shape=(count, count))
-    return np.asarray(connected_components(joined, directed=False)[1], dtype=np.intp)
 
 
 def _side(a: Array, b: Array, c: Array) -> Array:

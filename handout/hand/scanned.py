@@ -341,7 +341,7 @@ class ScannedHand:
 
     @cached_property
     def instances(self) -> Counter[tuple[str, Place]]:
-        """How often there is each letter in each place to write; `prompting.coverage.lacks` takes this."""
+        """How often there is each letter in each place to write; `prompting.sentence_choice.lacks` takes this."""
         return Counter((glyph.letter, glyph.place) for glyph in self.glyphs if glyph.letter and not glyph.kept_out)
 
     @cached_property

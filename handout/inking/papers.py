@@ -123,7 +123,7 @@ def parse_paper(text: str) -> Paper:
         return Paper(name, units.length(pitch, "distance of the paper's lines"), top)
     if text in PAPERS:
         return Paper(text)
-    from handout.scanning.given_sheet import sheet_file
+    from handout.scanning.page_layout import sheet_file
 
     if sheet_file(text) is None:
         raise InputError(f"paper: {text!r} is neither a picture or PDF nor one of {', '.join(PAPERS)}.")
@@ -223,7 +223,7 @@ def _picture(name: str, size: tuple[int, int]) -> NDArray[np.uint8]:
     """A sheet of which there is a picture or a PDF, at the size of the page."""
     import cv2
 
-    from handout.scanning.given_sheet import read_sheet
+    from handout.scanning.page_layout import read_sheet
 
     try:
         rgb = read_sheet(name).rgb

@@ -77,10 +77,7 @@ class Fields:
     def check(self, letter: LetterTemplate, table: str) -> None:
         """Refuse names of a letter that no column has, or several.
 
-        Raises
-        ------
-        InputError
-            The message has the line of the letter.
+        Raises InputError: the message has the line of the letter.
         """
         for name, apart in self.repeated_names.items():
             if name in letter.names and name not in self.headers_by_name:
@@ -158,12 +155,21 @@ def tell_repeats(table: Addresses, used: Collection[str], *, once: bool) -> Addr
     again = {number for numbers in groups.values() for number in numbers[1:]}
     if not again:
         return table
-    listed = [f"{', '.join(map(str, some[:-1]))} and {some[-1]}" for some in groups.values() if len(some) > 1]
-    more = f", and {len(listed) - _MOST_NAMED} others" if len(listed) > _MOST_NAMED else ""
     what = "only the first of them is made" if once else "each is made; --once makes only the first of them"
-    note = f"rows {', rows '.join(listed[:_MOST_NAMED])}{more} are the same: {what}"
+    note = f"rows {_name_groups([some for some in groups.values() if len(some) > 1])} are the same: {what}"
     kept = tuple(row for row in table if row.number not in again) if once else table.rows
     return replace(table, rows=kept, notes=(*table.notes, note))
+
+
+def _name_groups(groups: Sequence[Sequence[int]]) -> str:
+    """Groups of rows in a few words, however many and large they are."""
+    listed = list[str]()
+    for first, *rest in groups[:_MOST_NAMED]:
+        last = f"{len(rest) - _MOST_NAMED} others" if len(rest) > _MOST_NAMED + 1 else str(rest.pop())
+        named = ", ".join(map(str, [first, *rest[:_MOST_NAMED]]))
+        listed.append(f"{named} and {last}")
+    more = f", and {len(groups) - _MOST_NAMED} others" if len(groups) > _MOST_NAMED else ""
+    return ", rows ".join(listed) + more
 
 
 def _identity(row: TableRow, looked: Sequence[str]) -> tuple[str, ...]:

@@ -103,10 +103,7 @@ class Grid:
 def grid(text: str, gap: str | float = 0.0) -> Grid:
     """The grid that ``"2x3"`` means: two across, three down; "" for one card a sheet.
 
-    Raises
-    ------
-    InputError
-        No such grid, or a gap below 0.
+    Raises InputError: no such grid, or a gap below 0.
     """
     parts = text.lower().replace("×", "x").split("x") if text else ["1", "1"]
     distance = units.length(str(gap), "gap") if gap else 0.0

@@ -19,7 +19,7 @@ from functools import partial
 from itertools import accumulate, zip_longest
 from typing import Any
 
-from jinja2 import StrictUndefined, TemplateError, TemplateSyntaxError, Undefined, UndefinedError, nodes
+from jinja2 import StrictUndefined, TemplateError, TemplateSyntaxError, Undefined, UndefinedError, nodes, pass_context
 from jinja2.sandbox import SandboxedEnvironment
 from jinja2.visitor import NodeTransformer
 
@@ -67,10 +67,7 @@ class LetterTemplate:
     names : every name that it uses and the line on which it is first used; a header, asked for as ``row["…"]``, is
         there as it is.
 
-    Raises
-    ------
-    InputError
-        It is no template, or has in it what a letter may not have; the message names the line.
+    Raises InputError: it is no template, or has in it what a letter may not have; the message names the line.
     """
 
     def __init__(self, text: str, title: str, *, markdown: bool = False, first_line: int = 1) -> None:
@@ -102,10 +99,7 @@ class LetterTemplate:
     def check(self, columns: Collection[str], headers: Collection[str], table: str) -> None:
         """Refuse names that no column has.
 
-        Raises
-        ------
-        InputError
-            There is one; the message names the nearest.
+        Raises InputError: there is one; the message names the nearest.
         """
         for name in self.names:
             among = headers if name in self._headers else columns
@@ -350,15 +344,17 @@ def title_name(value: object) -> str:
     return _NAME_STARTS.sub(lambda letter: letter.group().upper(), text.lower())
 
 
-def _date(value: object, form: str = "long", language: str = "en") -> str:
-    """A date in words: 2026-03-01, 1.3.2026 or 1/3/2026 → "1 March 2026", in a language (a code such as de or en-GB).
+@pass_context
+def _date(context: Any, value: object, form: str = "long", language: str = "") -> str:
+    """A date in words: 2026-03-01, 1.3.2026 or 1/3/2026 → "1 March 2026", in the row's language or another.
 
+    language : a code such as de or en-GB.
     form : long, full, medium, short, or a pattern of the Unicode CLDR such as ``d. MMMM``.
     """
     import babel
     import babel.dates
 
-    text = _text(value).removesuffix(" 00:00:00")
+    text, language = _text(value).removesuffix(" 00:00:00"), language or str(context.get(_LANGUAGE, "en"))
     try:
         locale = babel.Locale.parse(language.replace("-", "_"))
     except (ValueError, babel.UnknownLocaleError) as error:
@@ -391,19 +387,8 @@ def _number(value: object) -> int:
     return int(text)
 
 
-def _in_context(filter: Callable[..., str]) -> Callable[..., str]:
-    """A filter that gets the language of the row."""
-    from jinja2 import pass_context
-
-    @pass_context
-    def apply_filter(context: Any, value: object, form: str = "long", language: str = "") -> str:
-        return filter(value, form, language or str(context.get(_LANGUAGE, "en")))
-
-    return apply_filter
-
-
 _FILTERS: dict[str, Callable[..., object]] = {
-    "date": _in_context(_date),
+    "date": _date,
     "default": _default,
     "int": _number,
     "lower": lambda value: _text(value).lower(),

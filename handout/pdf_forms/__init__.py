@@ -2,7 +2,6 @@
 
 - `fields`: what a form asks for, and where on its pages.
 - `answers`: which column of a table answers which field, and what of it cannot be written.
-- `entries`: an answer in its field: its size, its line, its cells, its cross.
-- `printed_rules`: the lines printed in and under a field.
+- `entries`: an answer in its field: its size, its line among those that are printed there, its cells, its cross.
 - `filled`: the form's own pages with the writing on top.
 """

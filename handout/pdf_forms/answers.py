@@ -10,27 +10,8 @@ from dataclasses import dataclass
 from handout.pdf_forms.fields import Field, PdfForm
 
 YES = {
-    "yes",
-    "y",
-    "true",
-    "1",
-    "x",
-    "on",
-    "ja",
-    "j",
-    "oui",
-    "o",
-    "sí",
-    "si",
-    "s",
-    "sim",
-    "tak",
-    "✓",
-    "✔",
-    "✗",
-    "☑",
-    "☒",
-}
+    "yes", "y", "true", "1", "x", "on", "ja", "j", "oui", "o", "sí", "si", "s", "sim", "tak", "✓", "✔", "✗", "☑", "☒",
+}  # fmt: skip
 NO = {"", "no", "n", "false", "0", "off", "nein", "non", "não", "nie", "-", "☐"}
 _SHOWN_OPTIONS = 8  # choices that a sentence lists
 

@@ -1,7 +1,8 @@
 """An answer in its field, as a person fills it in: how large, on which line, a letter a cell, a cross in a box.
 
 Every field has a frame of its own, mm, in which its text runs to the right: the field's upper left corner lies at
-(`AROUND`, `AROUND`), with blank paper around it for what reaches out of the field.
+(`AROUND`, `AROUND`), with blank paper around it for what reaches out of the field.  People write on the lines printed
+in and under a field.
 
 Source: own method.
 """
@@ -15,6 +16,7 @@ from itertools import groupby
 from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from handout.errors import InputError
 from handout.hand.protocol import AnyHand
@@ -23,7 +25,7 @@ from handout.values import Array, Glyph, Line, Manuscript, Page, Placed
 from handout.writing.layout import FOOT_ABOVE_RULE, Align, Layout, Ruling
 
 Mark = Literal["cross", "tick"]
-Rules = Callable[[int, Box], Sequence[float]]  # of a page and a box on it: see `printed_rules.rules`
+Rules = Callable[[int, Box], Sequence[float]]  # of a page and a box on it: see `rules`
 AROUND = 60.0  # mm
 
 
@@ -268,10 +270,7 @@ def page_manuscript(
 def _in_cells(entry: FieldEntry, setting: Manuscript, jitter: float, rng: np.random.Generator) -> Line:
     """The letters of a line, each in the middle of its cell; all smaller where one is wider than that.
 
-    Raises
-    ------
-    InputError
-        A character is left out, since the hand lacks it: which cell stays empty is not known then.
+    Raises InputError: a character is left out, since the hand lacks it: which cell stays empty is not known then.
     """
     assert entry.cells is not None
     filled, count = entry.cells
@@ -348,3 +347,53 @@ def _draw_mark(frame: FieldFrame, mark: Mark, jitter: float, rng: np.random.Gene
     strokes = tuple(corner + side * (way + _SWAY * jitter * rng.standard_normal(way.shape)) for way in ways)
     glyph = Glyph("", (), (True,) * len(strokes), 0.0)
     return Line("", (Placed(glyph, strokes, joined=False, word=0, at=-1),), float(corner[1] + side))
+
+
+DPI = 150.0  # at which a page is drawn to look for lines
+
+
+@dataclass(frozen=True)
+class RuleSearch:
+    """What counts as a line of a field; set by eye on forms with boxes, rules and dotted rules."""
+
+    beyond: float = 1.5  # mm above and below a field within which its lines may lie
+    dark: float = 0.12  # share of light that a line takes at least
+    dots: float = 1.6  # mm between the dots of a rule that are one line
+    share: float = 0.85  # of a field's width that a line covers
+    thick: float = 0.9  # mm: what is thicker is an edge of a shaded field, or a bar
+
+
+_SEARCH = RuleSearch()
+
+
+def rules(page: NDArray[np.uint8], box: Box) -> tuple[float, ...]:
+    """Heights of level lines as wide as a field, mm from the field's top, downwards.
+
+    Parameters
+    ----------
+    page : (h, w, 3) uint8, drawn at `DPI`.
+    box : of the field, mm, as it is shown.
+    """
+    scale = DPI / 25.4
+    left, top, right, bottom = box
+    beyond = _SEARCH.beyond
+    first = max(0, round((top - beyond) * scale))
+    part = page[
+        first : max(first, round((bottom + beyond) * scale)), max(0, round(left * scale)) : round(right * scale)
+    ]
+    if part.shape[0] < 3 or part.shape[1] < 3:
+        return ()
+    light = part.mean(axis=2)
+    paper = float(np.percentile(light, 80))  # most of a field is empty
+    dark = light < (1 - _SEARCH.dark) * paper
+    # rows with the gaps between dots closed: what has ink within `reach` pixels on both sides
+    reach = max(1, round(_SEARCH.dots * scale))
+    before = np.zeros((len(dark), dark.shape[1] + 1), dtype=np.int64)
+    np.cumsum(dark, axis=1, out=before[:, 1:])
+    at = np.arange(dark.shape[1])
+    on_left = before[:, at + 1] - before[:, np.maximum(at + 1 - reach, 0)] > 0
+    on_right = before[:, np.minimum(at + reach, dark.shape[1])] - before[:, at] > 0
+    found = ((on_left & on_right) | dark).mean(axis=1) > _SEARCH.share
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], found, [False]]).astype(np.int8)))
+    bands = [(a, b) for a, b in edges.reshape(-1, 2).tolist() if b - a <= _SEARCH.thick * scale]
+    return tuple((first + (a + b) / 2) / scale - top for a, b in bands)

@@ -104,10 +104,7 @@ class PdfForm:
 def open_pdf(path: Path) -> Iterator[Any]:
     """Open a PDF with pikepdf.
 
-    Raises
-    ------
-    InputError
-        The library is missing; not a PDF, damaged, locked, or too large.
+    Raises InputError: the library is missing; not a PDF, damaged, locked, or too large.
     """
     try:
         import pikepdf
@@ -131,10 +128,8 @@ def open_pdf(path: Path) -> Iterator[Any]:
 def read_form(path: Path) -> PdfForm:
     """Read the fields of a form.
 
-    Raises
-    ------
-    InputError
-        It cannot be read (see `open_pdf`), or may not be filled in; it has no fields, or too many pages or fields.
+    Raises InputError: it cannot be read (see `open_pdf`), or may not be filled in; it has no fields, or too many pages
+    or fields.
     """
     with open_pdf(path) as document:
         count = len(document.pages)

@@ -26,10 +26,7 @@ _HIDDEN = 1 << 1 | 1 << 5  # flags of what is not seen
 def blank(form: PdfForm, answered: Collection[str]) -> bytes:
     """The form with the frames of its fields as part of its pages, without the values of those that are answered.
 
-    Raises
-    ------
-    InputError
-        It cannot be read; see `fields.open_pdf`.
+    Raises InputError: it cannot be read; see `fields.open_pdf`.
     """
     with open_pdf(form.path) as document:
         for page in document.pages:

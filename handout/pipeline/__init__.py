@@ -16,20 +16,20 @@ How a verb is built
 3. What the user should learn *afterwards* is data, a `results.Delivery`: its `told` is the JSON object that ``--json``
    prints, its `notes` are sentences on what was decided for the user: letters that were lent, parts that were left out,
    options that were not followed.  What else a caller may want is a field of a class that extends it.
-4. `cli/verb_.py` binds and prints, no more; it imports the verb's file when it is called, not before::
+4. `cli/verb_.py` says what is typed, calls and prints, no more: the parameters of its function are the arguments and
+   options of the verb (`cli.options.verb`).  It imports the verb's file when it is called, not before::
 
-       @click.command("write")
-       @click.argument("text", nargs=-1)
-       @options.sheet("A4")        # gives the parameter  sheet: SheetOptions
-       @options.writing            # gives the parameter  writing: WritingOptions
-       @options.picture            # gives the parameter  picture: PictureOptions
-       @options.console            # gives the parameter  console: Console (which is the Listener)
-       def command(text: tuple[str, ...], sheet: SheetOptions, ..., console: Console) -> None:
+       @verb("write")
+       def command(
+           console: Console,                                     # --json and --quiet; it is the Listener
+           text: tuple[str, ...],                                # an argument
+           device: str | None = shared(None, "The plotter …"),   # an option
+           sheet: SheetOptions = SheetOptions(usual_page="A4"),  # all options that the dataclass declares
+       ) -> None:
            from handout.pipeline.writing import write
 
            result = write(text, ..., listener=console)
            console.report(result, f"Wrote {…}.")
 
-   `options.bind("printing", PrintOptions)` gives the parameter  printing: PrintOptions.
 5. `__init__` of this room and of `handout` name the function in their table of public names.
 """

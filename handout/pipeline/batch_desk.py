@@ -7,6 +7,7 @@ with the same; what became of its rows is in the journal that every batch has (`
 from __future__ import annotations
 
 import json
+import re
 import shutil
 import tempfile
 from collections.abc import Sequence
@@ -38,17 +39,25 @@ from handout.pipeline.plot_rows import plot_rows
 from handout.pipeline.printing import BatchDelivery, print_
 from handout.pipeline.proofing import proof
 from handout.pipeline.results import SILENT, Facts, Listener
+from handout.plotting.connections import is_simulated
 from handout.plotting.jobs.store import free_name
 from handout.printing import journal, printers
 from handout.printing.journal import JournalRun, Piece
-from handout.printing.rows import TableRow
+from handout.printing.rows import TableRow, name_rows
 
 _PLAN, _PROOF, _FACTS, _APPROVED, _PDF = "batch.json", "proof.pdf", "proof-facts.json", "approved", "batch.pdf"
+_REFUSED = "refused.json"  # rows that were not begun when it was made last, and why
 # a text as a letter that has no gaps
 _ONCE = "{% raw %}", "{% endraw %}{{ '{%' }}{% raw %}", "{% endraw %}"
 _SHOWN = 3  # cells of a row by which it is known on the page
 _MOST_ROWS = 2000  # that are shown; all are made
 _MOST_TRIED = 500  # that are tried while the letter is written; the proof tries all
+# what a command would be told to type, and a file that a letter on a page has not → what stands on the page
+_AS_SHOWN = (
+    (re.compile(r"(?:; [^;]*--[a-z].*?| or \{% if \w+ %\})(\.?)\Z"), r"\1"),
+    (re.compile(r"\b(use) --[a-z-]+ or "), r"\1 "),
+    (re.compile(r"letter\.(?:txt|md), (line \d+): "), r"\1 of the letter: "),
+)
 _MOST_TABLE = 20 << 20  # bytes; a hundred thousand addresses have about ten million
 
 
@@ -114,9 +123,27 @@ class _Batch:
         return journal.last_run(self.table)
 
     @property
+    def real(self) -> bool:
+        """Whether it is for a real plotter."""
+        return self.plan.to == "plotter" and not (self.plan.device or "").endswith("simulated")
+
+    @property
+    def rehearsed(self) -> bool:
+        """Whether all that was drawn of it, for a real plotter, the simulated one drew: nothing is on paper."""
+        steps = run.steps.values() if self.real and (run := self.journal_run) is not None else ()
+        return bool(steps) and all(is_simulated(step.device) for step in steps)
+
+    def run_for(self, ports: Sequence[str]) -> JournalRun | None:
+        """The run that is gone on with at some ports; InputError where a part would be on paper, and a part not."""
+        run, simulated = None if self.rehearsed else self.journal_run, {is_simulated(port) for port in ports}
+        if self.real and True in simulated and (False in simulated or run is not None):
+            raise InputError("A part of it comes on paper: the simulated plotter cannot draw the rest.")
+        return run
+
+    @property
     def state(self) -> str:
         """Where it is: new, proofed, approved, broken off or done."""
-        if (run := self.journal_run) is not None:
+        if (run := self.journal_run) is not None and not self.rehearsed:
             return "done" if run.ended == "done" else "broken off"
         if (self.folder / _PDF).is_file():
             return "done"
@@ -190,7 +217,8 @@ def try_table(table: Path, letter: str, markdown: bool, plan: BatchPlan, row: in
     columns : `name`, which stands in gaps, and `header`; rows : `row`, `called`, `why` it is to be looked at, and
         `filled`, its letter.
     trouble : why the letter does not fit the table; no_envelopes : why no envelopes can be addressed.
-    tried : the `row` that is asked for by its number in the file, in place of all.
+    numbers : of all rows in the file.
+    tried : the `row` that is asked for by its number, in place of all.
 
     Raises
     ------
@@ -210,15 +238,17 @@ def try_table(table: Path, letter: str, markdown: bool, plan: BatchPlan, row: in
     merged, fields = merged or plain, plain.fields
     names = {header: name for name, header in reversed([*fields.headers_by_name.items()])}
     rows = list(merged.table)
-    found = next((each for each in rows if each.number == row), None)
+    found = next((_try_row(merged, each, plan.writing.language) for each in rows if each.number == row), None)
+    shown = [] if found else rows
     return {
         "columns": [{"name": names[header], "header": header} for header in fields.headers if header in names],
         "count": len(rows),
-        "rows": [] if found else [_try_row(merged, each, plan.writing.language) for each in rows[:_MOST_TRIED]],
-        "notes": list(merged.table.notes),
+        "numbers": [each.number for each in shown],
+        "rows": [_try_row(merged, each, plan.writing.language) for each in shown[:_MOST_TRIED]],
+        "notes": [*map(_as_shown, merged.table.notes)],
         "trouble": trouble,
         "no_envelopes": no_envelopes,
-        "tried": _try_row(merged, found, plan.writing.language) if found else None,
+        "tried": found,
     }
 
 
@@ -228,7 +258,14 @@ def _try_letter(table: Path, plan: BatchPlan, path: Path, envelopes: bool) -> tu
     try:
         return merging.read_merge(table, plan.table, options, SILENT), ""
     except InputError as error:
-        return None, str(error).replace(f"{table}: ", "").replace(f"{table.parent}/", "")
+        return None, _as_shown(str(error).replace(f"{table}: ", "").replace(f"{table.parent}/", ""))
+
+
+def _as_shown(sentence: str) -> str:
+    """A sentence as a page shows it, which has fields for what a command is told to type."""
+    for typed, shown in _AS_SHOWN:
+        sentence = typed.sub(shown, sentence)
+    return sentence
 
 
 def _try_row(merged: merging.MailMerge, row: TableRow, language: str) -> Facts:
@@ -239,7 +276,7 @@ def _try_row(merged: merging.MailMerge, row: TableRow, language: str) -> Facts:
         try:
             filled = f"{merged.head or ''}{merged.letter.fill(merged.fields.values(row), row.cells, language)}"
         except InputError as error:
-            why.append(str(error))
+            why.append(_as_shown(str(error)))
     return {"row": row.number, "called": _called(row), "why": why, "filled": filled}
 
 
@@ -282,10 +319,11 @@ def show_batch(name: str) -> Facts:
     """A batch with its rows: what each is called, what is wrong with it, what became of it, what its proof says."""
     batch = _find(name)
     merged, run, plan, state = batch.read_table(), batch.journal_run, batch.plan, batch.state
-    left_out = batch.left_out
+    left_out, rehearsed = batch.left_out, batch.rehearsed
     proofed = _facts(batch.folder / _FACTS)
     looked = {entry["row"]: entry["why"] for entry in proofed.get("look_at", ())}
     failed = {entry["row"]: [entry["reason"]] for entry in proofed.get("failed", ())}
+    refused, done = _facts(batch.folder / _REFUSED), "simulated" if rehearsed else "done"
     rows = [
         {
             "row": row.number,
@@ -295,7 +333,8 @@ def show_batch(name: str) -> Facts:
             if row.problem or row.number in failed
             else "left out"
             if row.number in left_out
-            else ("done" if run is None and state == "done" else _state(row.number, run)),
+            else ("done" if run is None and state == "done" else _state(row.number, run, done))
+            or (f"failed: {refused[str(row.number)]}" if str(row.number) in refused else ""),
         }
         for row in list(merged.table)[:_MOST_ROWS]
     ]
@@ -317,6 +356,7 @@ def show_batch(name: str) -> Facts:
         "left_out": sorted(left_out),
         "proof": proofed,
         "file": (batch.folder / _PDF).is_file(),
+        "rehearsed": rehearsed,
     }
 
 
@@ -328,14 +368,14 @@ def _facts(path: Path) -> dict[str, Any]:
     return facts
 
 
-def _state(row: int, run: JournalRun | None) -> str:
-    """What became of a row."""
+def _state(row: int, run: JournalRun | None, done: str) -> str:
+    """What became of a row; `done` : what it is if all of it was made."""
     steps = [] if run is None else [step for piece, step in run.steps.items() if piece.row == row]
     if run is None or not steps:
         return ""
     made = {Piece(piece.row, 0, piece.part) for piece in run.steps if piece.row == row}
     if all(step.state == "completed" for step in steps):
-        return "done" if len(made) >= len(run.parts.get(row, ())) else "in part"
+        return done if len(made) >= len(run.parts.get(row, ())) else "in part"
     wrong = next((step for step in steps if step.state in ("failed", "doubtful")), None)
     if wrong is not None:
         return f"{wrong.state}: {wrong.why}" if wrong.why else wrong.state
@@ -346,7 +386,7 @@ def prove_batch(name: str, *, listener: Listener = SILENT) -> Facts:
     """Make the proof of a batch; one that was approved is so no longer."""
     batch = _find(name)
     plan, path = batch.plan, batch.folder / _PROOF
-    for gone in (_APPROVED, _FACTS):
+    for gone in (_APPROVED, _FACTS, _REFUSED):
         (batch.folder / gone).unlink(missing_ok=True)
     device, printer = (plan.device or "grbl-servo", "") if plan.to == "plotter" else ("", plan.printer)
     options = ProofOptions(**_table_fields(plan.table), page=plan.page, printer=printer, device=device)
@@ -358,7 +398,9 @@ def prove_batch(name: str, *, listener: Listener = SILENT) -> Facts:
         atomic.write(batch.folder / picture, page.picture)
         pictures.append({"row": page.row, "part": page.part, "picture": picture})
     made = datetime.now().isoformat()
-    facts = {**result.facts(), "files": [], "pages_shown": pictures, "made": made}
+    facts: dict[str, Any] = {**result.facts(), "files": [], "pages_shown": pictures, "made": made}
+    facts["failed"] = [{**each, "reason": _as_shown(each["reason"])} for each in facts["failed"]]
+    facts["look_at"] = [{**each, "why": [*map(_as_shown, each["why"])]} for each in facts["look_at"]]
     atomic.write(batch.folder / _FACTS, json.dumps(facts, ensure_ascii=False).encode())
     return show_batch(name)
 
@@ -375,6 +417,8 @@ def approve_batch(name: str, made: str = "", left_out: Sequence[int] = ()) -> Fa
         raise InputError("The proof was made anew elsewhere: look at that one first.")
     if not _facts(batch.folder / _FACTS).get("rows"):
         raise InputError(f"No row of the batch {name} can be made: put its table right, and keep it anew.")
+    if unknown := sorted(set(left_out) - {row.number for row in batch.read_table().table}):
+        raise InputError(f"left_out: the table of {name} has no {name_rows(unknown)}.")
     approved = json.dumps({"left_out": sorted(set(left_out))}).encode()
     if not set(_proofed_rows(batch)) - set(left_out):
         raise InputError("Every row is left out: there is nothing to make.")
@@ -403,7 +447,7 @@ def _make(batch: _Batch, name: str, ports: Sequence[str], at_zero: bool, listene
     plan, merge = batch.plan, batch.merge
     if merge.approved is None:
         raise InputError(f"The proof of the batch {name} was not approved: approve it first.")
-    run = batch.journal_run
+    run = batch.run_for(ports)
     if run is not None and run.ended == "done":
         raise InputError(f"All of the batch {name} was made: keep it anew to make it once more.")
     # who keeps a batch anew and approves it wants all of it, whatever became of another with the same rows
@@ -415,7 +459,10 @@ def _make(batch: _Batch, name: str, ports: Sequence[str], at_zero: bool, listene
             made = _print_or_plot(batch, table, (ports, at_zero), page)
     except KeyboardInterrupt:
         return {**show_batch(name), "complete": False}
-    return {**show_batch(name), "complete": True, "made": {**made.facts(), "files": []}}
+    told: dict[str, Any] = made.facts()
+    refused = {str(each["row"]): _as_shown(each["reason"]) for each in told["failed"]}
+    atomic.write(batch.folder / _REFUSED, json.dumps(refused).encode())
+    return {**show_batch(name), "complete": True, "made": {**told, "files": []}}
 
 
 def _rows(batch: _Batch) -> str:

@@ -25,10 +25,7 @@ def learn(
 
     width : usual for its line; None: 0.8 mm.
 
-    Raises
-    ------
-    InputError
-        A picture without a stroke that can be used, or a file that cannot be written.
+    Raises InputError: a picture without a stroke that can be used, or a file that cannot be written.
     """
     path = output_path(output, BRUSH_FILE, "a brush is kept as")
     if path.stem in PENS:
@@ -45,10 +42,7 @@ def learn(
 def show(name: str, output: str | Path, seed: int = 1) -> Delivery:
     """Show a brush, by its name or file, on a sheet (PNG).
 
-    Raises
-    ------
-    InputError
-        There is no such brush, or the sheet cannot be written.
+    Raises InputError: there is no such brush, or the sheet cannot be written.
     """
     path = output_path(output, ".png", "a brush is shown as")
     brush = brushes.find(name)

@@ -13,7 +13,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
 from handout import atomic
-from handout.calibrating import ink_samples, pages, pen_reference, print_diagnosis, scanner, store, strip, verification
+from handout.calibrating import (
+    calibrated_ink,
+    pages,
+    pen_reference,
+    print_diagnosis,
+    scanner,
+    store,
+    strip,
+    verification,
+)
 from handout.calibrating.pen_reference import FrameReference
 from handout.calibrating.store import Calibration
 from handout.calibrating.verification import Verification
@@ -61,10 +70,7 @@ def _tell_stored(calibration: Calibration, reference: FrameReference | None = No
 def begin(place: CalibrationPlace, profile: Printer) -> Wizard:
     """The wizard of a calibration, which is begun, or gone on with.
 
-    Raises
-    ------
-    InputError
-        As `Wizard`.
+    Raises InputError: as `Wizard`.
     """
     chart, options = place.chart, place.options
     name = options.scanner or options.scanner_name or ("simulated flatbed" if profile.simulated else "")
@@ -77,10 +83,7 @@ def begin(place: CalibrationPlace, profile: Printer) -> Wizard:
 def simulated_loop(place: CalibrationPlace, profile: Printer) -> Loop | None:
     """The devices that print and scan where they are simulated; None for others.
 
-    Raises
-    ------
-    InputError
-        A paper that they do not have, or an unknown fault.
+    Raises InputError: a paper that they do not have, or an unknown fault.
     """
     if not profile.simulated:
         return None
@@ -100,10 +103,7 @@ def scan_page(wizard: Wizard, name: str, loop: Loop | None) -> list[Path]:
 def calibrate(place: CalibrationPlace, attendant: Attendant = SILENT) -> CalibrationDelivery:
     """Calibrate a printer step by step; a run that was left is gone on with.
 
-    Raises
-    ------
-    InputError, DeviceError
-        Of any step; what was done before is kept.
+    Raises InputError, DeviceError: of any step; what was done before is kept.
     """
     profile = printers.resolve(place.printer)
     if profile.file and not profile.simulated and place.options.output is None:
@@ -190,10 +190,8 @@ def print_chart(
 ) -> Delivery:
     """Print the calibration chart, or write it to .pdf and .png files.
 
-    Raises
-    ------
-    InputError, PrinterError
-        A printer that writes files and none is named; a file that cannot be written; a queue that refuses the page.
+    Raises InputError, PrinterError: a printer that writes files and none is named; a file that cannot be written; a
+    queue that refuses the page.
     """
     chart, profile = chart or ChartOptions(), printers.resolve(printer)
     if profile.file and not outputs:
@@ -217,15 +215,11 @@ def read_scans(
 ) -> Delivery:
     """Read scans of a chart into a .ti3 table; what the pen wrote in its frame lies beside it.
 
-    Raises
-    ------
-    ScansRefused
-        No calibration may be made of them; the report is written all the same.
-    InputError
-        A file that cannot be read or written, or no such hand.
+    Raises ScansRefused: no calibration may be made of them; the report is written all the same.
+    Raises InputError: a file that cannot be read or written, or no such hand.
     """
     atomic.check_writable(output)
-    writer, bare = ink_samples.writer_of(hand)
+    writer, bare = calibrated_ink.writer_of(hand)
     reading = read_chart(scans, paper=bare)
     reference = pen_reference.compare_scribble(reading.scribble, hand, writer)
     reading = print_diagnosis.diagnose(reading, reference, accept=accept)
@@ -256,10 +250,7 @@ def build_table(
 ) -> CalibrationDelivery:
     """Build the table of patches (.ti3) and store it for a printer.
 
-    Raises
-    ------
-    InputError
-        Patches that no table can be made of, or an unknown method.
+    Raises InputError: patches that no table can be made of, or an unknown method.
     """
     listener.progress(0.0, "building the table")
     built = store.build_stored(store.read_patches(patches), printer, paper, scanner_name, method)
@@ -278,10 +269,7 @@ class Verified(CalibrationDelivery):
 def verify(printer: str, paper: str, scans: Sequence[Path], *, report_file: Path | None = None) -> Verified:
     """Read the scan of the verification strip of a stored calibration; an empty paper: of the printer's newest.
 
-    Raises
-    ------
-    InputError
-        No calibration or no strip of it, a scan that cannot be read, or that is of another page.
+    Raises InputError: no calibration or no strip of it, a scan that cannot be read, or that is of another page.
     """
     calibration = store.find_wanted(printer, paper)
     verified = verification.verify(calibration, scans)
@@ -295,11 +283,8 @@ def print_strip(
 ) -> CalibrationDelivery:
     """Print the verification strip of a stored calibration, or write it to a .pdf or .png file.
 
-    Raises
-    ------
-    InputError, PrinterError
-        No calibration, an ink of which the printer reaches next to nothing; a file that cannot be written, a queue
-        that refuses the page.
+    Raises InputError, PrinterError: no calibration, an ink of which the printer reaches next to nothing; a file that
+    cannot be written, a queue that refuses the page.
     """
     calibration, profile = store.find_wanted(printer, paper), printers.resolve(printer)
     if profile.file and output is None:
@@ -334,10 +319,7 @@ class Stored(Result):
 def stored_calibrations(printer: str = "", paper: str = "") -> Stored:
     """The stored calibrations, all or of a printer or a paper.
 
-    Raises
-    ------
-    InputError
-        There is none of that printer and paper; the message lists what there is.
+    Raises InputError: there is none of that printer and paper; the message lists what there is.
     """
     if printer:
         store.find_wanted(printer, paper)
@@ -347,10 +329,7 @@ def stored_calibrations(printer: str = "", paper: str = "") -> Stored:
 def export(printer: str, paper: str, kind: str, output: Path) -> CalibrationDelivery:
     """Write a stored calibration for other programs; `kind` is one of `colour.exports.FORMATS`.
 
-    Raises
-    ------
-    InputError
-        No calibration, or a file that cannot be written.
+    Raises InputError: no calibration, or a file that cannot be written.
     """
     calibration = store.find_wanted(printer, paper)
     atomic.check_writable(output)

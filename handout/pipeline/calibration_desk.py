@@ -20,10 +20,10 @@ from handout.calibrating import store, verification
 from handout.calibrating.pen_reference import FrameReference
 from handout.calibrating.store import Calibration
 from handout.calibrating.wizard import ScansRefused, Step, Wizard
-from handout.colour.pen_lines import strokes_in
+from handout.colour.ink_match import strokes_in
 from handout.colour.reading import ChartReading, ScanFinding, Scribble, open_scans
-from handout.colour.reading.findings import ScanRefused
 from handout.colour.reading.patch_means import sample_grid
+from handout.colour.reading.scan_files import ScanRefused
 from handout.colour.report import grid_on
 from handout.errors import InputError
 from handout.pipeline import calibrating
@@ -31,7 +31,7 @@ from handout.pipeline.devices import list_devices
 from handout.pipeline.options import CalibrationPlace
 from handout.pipeline.results import SILENT, Facts, Listener
 from handout.printing import printers
-from handout.printing.cups import queues
+from handout.printing.printers import queues
 from handout.values import Array
 
 _LONG = 1400  # pixels, long side of the picture of a scan
@@ -46,7 +46,7 @@ class StaleCalibration(InputError):
 
 def calibrations() -> Facts:
     """What is calibrated, the newest first, and what can be: printers, queues; papers and faults of the simulated."""
-    from handout.simulated.printer import FAULTS, PAPERS, SETTINGS
+    from handout.simulated.printer import FLAWS, PAPERS
 
     known = [device for device in list_devices() if device.kind == "printer"]
     named: list[Facts] = [{"name": one.name.removeprefix("printer-"), "title": one.title} for one in known]
@@ -54,7 +54,7 @@ def calibrations() -> Facts:
         named += [{"name": name, "title": f"queue {name}"} for name in queues()]
     return {
         "printers": named,
-        "simulated": {"papers": list(PAPERS), "faults": {**FAULTS, **dict.fromkeys(SETTINGS, "")}},
+        "simulated": {"papers": list(PAPERS), "faults": FLAWS},
         "stored": [_calibration_facts(calibration) for calibration in store.list_stored()],
     }
 

@@ -61,10 +61,7 @@ class Costs:
 def prices(machine: Plotter | Printer | None, given: str) -> Prices:
     """The prices of a machine's profile, with those that are given as ``"sheet=0.02,hour=4,currency=EUR"`` over them.
 
-    Raises
-    ------
-    InputError
-        An unknown price, or one that is no number from 0.
+    Raises InputError: an unknown price, or one that is no number from 0.
     """
     changes: dict[str, str | float] = {}
     for part in filter(None, (part.strip() for part in given.split(","))):

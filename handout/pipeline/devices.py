@@ -9,7 +9,7 @@ from handout import profiles, shipped
 from handout.errors import DeviceSilent
 from handout.pipeline.plotting import machine
 from handout.pipeline.results import SILENT, Listener, Result, Told
-from handout.plotting import announcements, connections, open_port
+from handout.plotting import connections, open_port
 from handout.plotting.connections import is_simulated
 from handout.plotting.dialects import dialect
 from handout.plotting.ports import serial_devices as serial_devices
@@ -32,9 +32,9 @@ def list_devices() -> list[DeviceEntry]:
     return [DeviceEntry(name, profile.kind, profile.title, files[name]) for name, profile in read.items()]
 
 
-def on_network() -> list[announcements.Announced]:
+def on_network() -> list[connections.Announced]:
     """Machines that have announced themselves on the network; raises PortError where there is none, or no zeroconf."""
-    return announcements.listen()
+    return connections.find_announced()
 
 
 def probe(port: str = "auto", device: str | None = None, listener: Listener = SILENT) -> Told:
@@ -48,10 +48,7 @@ def probe(port: str = "auto", device: str | None = None, listener: Listener = SI
     ----------
     device : its profile; None: all dialects are tried, and its limits are not asked for.
 
-    Raises
-    ------
-    DeviceSilent
-        Nobody answers in a language that is known.
+    Raises DeviceSilent: nobody answers in a language that is known.
     """
     if device is None and not is_simulated(port):
         return _identity_facts(*(connections.only_port() if port == "auto" else (port, connections.identify(port))))

@@ -50,10 +50,7 @@ def restyle(
 
     With a pose and no style the strokes stay where they are, and the pen is held as the pose library suggests.
 
-    Raises
-    ------
-    InputError
-        The drawing cannot be read, or the style cannot draw it; a file that cannot be written.
+    Raises InputError: the drawing cannot be read, or the style cannot draw it; a file that cannot be written.
     """
     from handout.motion.styles import restyling
 
@@ -127,10 +124,7 @@ def fit_strokes(
 ) -> FittedStrokes:
     """Find the plan behind every stroke of a drawing; `output` (JSON) keeps the plans, `report` (SVG) shows the fit.
 
-    Raises
-    ------
-    InputError
-        The drawing cannot be read or has no strokes; a file of another format is asked for.
+    Raises InputError: the drawing cannot be read or has no strokes; a file of another format is asked for.
     """
     from handout.motion.reconstruction import planned_page
     from handout.sinks import plans
@@ -184,10 +178,7 @@ def draw_plans(
     copies : draw them so many times on one sheet, each a little different: plans as those are from which styles are
         learned, in their targets, overlaps and bends; targets alone by chance of their style.  None: once, as they are.
 
-    Raises
-    ------
-    InputError
-        The file cannot be read, or holds no plans; a number of copies outside 1 to 500.
+    Raises InputError: the file cannot be read, or holds no plans; a number of copies outside 1 to 500.
     """
     if copies is not None and not 1 <= copies <= 500:
         raise InputError(f"copies: {copies} is outside 1 to 500.")
@@ -214,14 +205,13 @@ def _drawer(plans: Path, styling: StyleOptions) -> tuple[Drawer, tuple[str, ...]
     from handout.motion.reconstruction import planned_page
     from handout.motion.styles import restyling, target_plans
     from handout.sources import plans as plan_files
-    from handout.sources import target_plans as target_files
 
     data = read_bytes(plans)
-    alone = target_files.looks_like(data)
+    alone = plan_files.look_like_targets(data)
     style = style_of(styling) if alone or styling != replace(StyleOptions(), seed=styling.seed) else None
     try:
         if alone:
-            thrown = target_files.from_json(data)
+            thrown = plan_files.read_targets(data)
             assert style is not None
             unused = "The ellipses are left out: a learned style takes targets as they are."
             notes = (unused,) if style.model is not None and thrown.has_ellipses else ()

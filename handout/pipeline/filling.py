@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from handout import atomic, units
 from handout.errors import InputError, MissingCharacters
 from handout.pdf_forms import answers as answering
-from handout.pdf_forms import filled, printed_rules
+from handout.pdf_forms import entries, filled
 from handout.pdf_forms.answers import Answers
 from handout.pdf_forms.entries import SETTINGS, FieldEntry, Filler, page_manuscript
 from handout.pdf_forms.fields import Box, Field, PdfForm, read_form
@@ -55,10 +55,7 @@ class FieldList(Result):
 def fields_of(form: str | Path) -> FieldList:
     """What a form asks for.
 
-    Raises
-    ------
-    InputError
-        It cannot be read, or has no fields.
+    Raises InputError: it cannot be read, or has no fields.
     """
     read = read_form(Path(form))
     return FieldList(read, notes=_notes(read))
@@ -81,10 +78,8 @@ def fill(
     table : .csv or .xlsx: a row a form, whose columns are called like its fields; or the columns "field" and "value".
     outputs : .pdf is the form with the writing on it, .png its picture; others have the writing alone.
 
-    Raises
-    ------
-    InputError
-        The form or the table cannot be read, or an answer cannot be written; nothing has been written then.
+    Raises InputError: the form or the table cannot be read, or an answer cannot be written; nothing has been written
+    then.
     """
     paths = [Path(name) for name in outputs]
     extra = programs.Programs(filling.device, paths).sinks
@@ -120,10 +115,7 @@ def plot_forms(
 ) -> plotting.Plotted:
     """Fill in a form for every row of a table with a plotter, sheet after sheet; pages without writing are left out.
 
-    Raises
-    ------
-    InputError, DeviceError, KeyboardInterrupt
-        As `fill` and `plotting.plot`.
+    Raises InputError, DeviceError, KeyboardInterrupt: as `fill` and `plotting.plot`.
     """
     profile = plotting.machine(filling.device, port)
     work = _prepare_work(Path(form), Path(table), filling, writing_options, PictureOptions(), attendant)
@@ -159,10 +151,10 @@ class _Work:
 
         @lru_cache(maxsize=_PAGES_KEPT)
         def picture(page: int) -> NDArray[np.uint8]:
-            return self.picture(self.forms[0], page, printed_rules.DPI)
+            return self.picture(self.forms[0], page, entries.DPI)
 
         def rules(page: int, box: Box) -> tuple[float, ...]:
-            return printed_rules.rules(picture(page), box)
+            return entries.rules(picture(page), box)
 
         self._filler = Filler(self.task.hand, layout.x_height, rules, layout.jitter)
 

@@ -81,10 +81,7 @@ def read(
     output : the .hand file to keep it in, if any.
     inks : recorded pens, instead of scans: .inkml .dat .svc .gml .svg .json, or a single-line SVG font.
 
-    Raises
-    ------
-    InputError
-        A file that cannot be read or used, texts too few or too many.
+    Raises InputError: a file that cannot be read or used, texts too few or too many.
     """
     path = None if output is None else hand_path(output)
     transcripts = [_transcript(str(text), read_bytes(text), listener) for text in texts]
@@ -142,10 +139,7 @@ def read_as_own(
 
     texts : what is on the pages, itself.
 
-    Raises
-    ------
-    InputError
-        There is a hand of that name; as `read`.
+    Raises InputError: there is a hand of that name; as `read`.
     """
     path = own_place(name)
     return _read_pages(name, scans, (), _transcripts(texts, listener), path, options, listener)
@@ -167,10 +161,7 @@ def read_more(
 
     What was corrected stays so; its journal ends, for an entry of it names letters of the pages before.
 
-    Raises
-    ------
-    InputError
-        There is no such hand of the user's own, or as `read`; the hand is as it was then.
+    Raises InputError: there is no such hand of the user's own, or as `read`; the hand is as it was then.
     """
     path = library.own_scanned().get(name) or (Path(name) if Path(name).suffix == ".hand" else None)
     if path is None:
@@ -207,8 +198,7 @@ def _transcript(name: str, data: bytes, listener: Listener) -> tuple[str, str]:
 
 def _open_recordings(inks: Sequence[str], texts: Sequence[tuple[str, str]], listener: Listener) -> list[PageSource]:
     """The pages of recorded pens."""
-    from handout.tagging.recorded_pages import font_specimen, page_source, recorded_pages
-    from handout.tagging.recording import RecordedPage
+    from handout.tagging.recorded_pages import RecordedPage, font_specimen, page_source, recorded_pages
 
     if texts and len(texts) != len(inks):
         raise InputError(

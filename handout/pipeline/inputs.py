@@ -51,10 +51,7 @@ def read_source(
     The listener hears what was left out of a drawing; `given` as in `Source`; `svg_text` : whether the texts of an SVG
     are kept to "write" them, or left out.
 
-    Raises
-    ------
-    InputError
-        Nothing to write, or a file that is missing or cannot be read.
+    Raises InputError: nothing to write, or a file that is missing or cannot be read.
     """
     drawing = _drawing(words, file, listener, texts=svg_text == "write")
     if drawing is not None:
@@ -124,11 +121,8 @@ def _single_name(words: Sequence[str], file: str | None, suffixes: Sequence[str]
 def text_of(words: Sequence[str], file: str | None, listener: Listener = SILENT) -> str:
     """The text to write: the words, a file, or standard input for ``-``; a single word may be the name of a file.
 
-    Raises
-    ------
-    InputError
-        Neither or both were given; a file that is missing, too long, or not text; a single word that looks like the
-        name of a file and is none: it would be written out.
+    Raises InputError: neither or both were given; a file that is missing, too long, or not text; a single word that
+    looks like the name of a file and is none: it would be written out.
     """
     if bool(words) == (file is not None):
         both = "Both a text and --file are given; give one of them."
@@ -153,10 +147,7 @@ def decode_text(data: bytes, name: str, listener: Listener = SILENT) -> str:
 
     The listener hears of a guess at the encoding.
 
-    Raises
-    ------
-    InputError
-        They are too many, or no text; `name` says where they come from.
+    Raises InputError: they are too many, or no text; `name` says where they come from.
     """
     if len(data) > _MOST_TEXT:
         raise InputError(f"{name} is longer than {_MOST_TEXT} bytes: write it in parts.")
@@ -175,10 +166,8 @@ def decode_text(data: bytes, name: str, listener: Listener = SILENT) -> str:
 def output_path(output: str | Path, suffix: str, what: str) -> Path:
     """The path of a file that is to be written and has to end so.
 
-    Raises
-    ------
-    InputError
-        It ends otherwise, of which the message says `what` (is kept as, is shown as …), or cannot be written.
+    Raises InputError: it ends otherwise, of which the message says `what` (is kept as, is shown as …), or cannot be
+    written.
     """
     path = Path(output)
     if path.suffix.lower() != suffix:

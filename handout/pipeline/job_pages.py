@@ -26,9 +26,8 @@ from handout.pipeline.texts import STROKES, TextDocument, WritingTask, draw, pre
 from handout.pipeline.writing import Document
 from handout.plotting import fit_to_bed
 from handout.plotting.jobs import pages, store
-from handout.plotting.jobs.job import PlotJob, load
-from handout.plotting.jobs.page_producer import ProducerProcess
-from handout.plotting.jobs.pages import NewPage
+from handout.plotting.jobs.pages import NewPage, ProducerProcess
+from handout.plotting.jobs.store import PlotJob, load
 from handout.profiles import Plotter
 from handout.values import Drawing, Manuscript
 from handout.writing.layout import Ruling
@@ -82,10 +81,7 @@ def make_pages(document: Document, profile: Plotter, fit: bool, shares: Sequence
     fit : shrink what is larger than the machine's bed.
     shares : of the pages that are kept, the shares of the text that they end with.
 
-    Raises
-    ------
-    InputError, MissingCharacters, DoesNotFit
-        The text cannot be written; or not with the pages that are kept.
+    Raises InputError, MissingCharacters, DoesNotFit: the text cannot be written; or not with the pages that are kept.
     """
     for number, (manuscript, drawing, share) in enumerate(_draw_each_page(document, shares), 1):
         tally = Tally.from_pages([manuscript], [drawing])
@@ -130,12 +126,8 @@ def producer(job: PlotJob) -> Iterator[ProducerProcess | None]:
 def complete(folder: Path) -> Iterator[int]:
     """Add to a job what it lacks; the number of every page when it is there.
 
-    Raises
-    ------
-    InputError
-        The hand or the program are others now, or the folder cannot be written.
-    DoesNotFit
-        A page has strokes outside the bed.
+    Raises InputError: the hand or the program are others now, or the folder cannot be written.
+    Raises DoesNotFit: a page has strokes outside the bed.
     """
     job = load(folder)
     if job.whole:

@@ -25,7 +25,7 @@ from handout.pipeline.hand_learning import learn
 from handout.pipeline.inputs import hand_path, output_path, read_bytes
 from handout.pipeline.options import PictureOptions, SheetOptions, WritingOptions, seed_of
 from handout.pipeline.results import SILENT, Delivery, Facts, Listener, Result, Tally
-from handout.prompting.coverage import lacks
+from handout.prompting.sentence_choice import lacks
 from handout.sinks import check_outputs, write_drawings
 from handout.writing.legibility import unclear_letters
 
@@ -71,10 +71,8 @@ def check_hand(
     sheet : a PNG file for the letters that may read badly in what is written, the most harmful first, at most so many
         `questions`; a JSON file beside it says which they are, for `answer_questions`.
 
-    Raises
-    ------
-    InputError
-        There is no such hand; an output cannot be written, or would take the place of a file of something else.
+    Raises InputError: there is no such hand; an output cannot be written, or would take the place of a file of
+    something else.
     """
     asked = None if sheet is None else _sheet_files(sheet)
     path = None if output is None else output_path(output, ".png", "overlays are written as")
@@ -186,10 +184,8 @@ def edit_hand(
     corrections : a JSON file; or a .hand file, whose corrections are made to this one, of the same pages read anew.
     learning : False: only what the corrections say is done.
 
-    Raises
-    ------
-    InputError
-        The hand comes with the program and no `output` is given; corrections that cannot be read or made.
+    Raises InputError: the hand comes with the program and no `output` is given; corrections that cannot be read or
+    made.
     """
     if str(corrections).endswith(file.SUFFIX):
         new = file.journal(Path(corrections)).corrections
@@ -210,10 +206,7 @@ def answer_questions(
 
     Other letters learn from an answer that says what a letter is, not from one that only keeps letters out.
 
-    Raises
-    ------
-    InputError
-        As `edit_hand`; answers that are to none of the questions (`letter_questions.read_answers`).
+    Raises InputError: as `edit_hand`; answers that are to none of the questions (`letter_questions.read_answers`).
     """
     from handout.pipeline.letter_questions import read_answers
 
@@ -259,10 +252,7 @@ def _edited(name: str, output: str | Path | None) -> tuple[Path, Path]:
 def undo_edits(name: str, count: int, output: str | Path | None = None, *, listener: Listener = SILENT) -> Delivery:
     """Turn the journal of corrections of a scanned hand back by `count` entries, or, negative, forward.
 
-    Raises
-    ------
-    InputError
-        There are not so many; the hand comes with the program.
+    Raises InputError: there are not so many; the hand comes with the program.
     """
     source, path = _edited(name, output)
     with _held(source, path, listener):
@@ -335,10 +325,7 @@ def copy_hand(source: str, name: str) -> KeptHand:
 def own_place(name: str, *, replaced: bool = False) -> Path:
     """The file that a new hand among the user's own is to be kept in; its folder is there.
 
-    Raises
-    ------
-    InputError
-        No name for a hand, or one that is taken and may not be `replaced`.
+    Raises InputError: no name for a hand, or one that is taken and may not be `replaced`.
     """
     path = library.own_file(name)
     if path.exists() and not replaced:

@@ -238,10 +238,7 @@ def draw_questions(hand: ScannedHand, questions: Sequence[LetterQuestion]) -> re
 def read_questions(data: bytes, name: str) -> Sequence[AskedLetter]:
     """The questions that a file keeps.
 
-    Raises
-    ------
-    InputError
-        It holds something else.
+    Raises InputError: it holds something else.
     """
     try:
         return msgspec.json.decode(data, type=QuestionFile).questions
@@ -255,10 +252,7 @@ def read_answers(data: bytes, name: str, answers: Sequence[str]) -> list[AnyCorr
     `7` has all glyphs of question 7 written no more, `7b` the one of its second word, `7b1` the first letter of that
     word; `7b=o` says that it is an o.
 
-    Raises
-    ------
-    InputError
-        The file is none of a sheet's questions; an answer cannot be read, or is to none of them.
+    Raises InputError: the file is none of a sheet's questions; an answer cannot be read, or is to none of them.
     """
     questions = read_questions(data, name)
     found: list[AnyCorrection] = []

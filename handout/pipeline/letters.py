@@ -95,10 +95,7 @@ class LetterDocument:
     def draw(self, wanted: frozenset[str] = INK, row: int | None = None, tell: Tell = silent) -> Pages:
         """The pages of the letter, as those of a text; see `TextDocument.draw`.
 
-        Raises
-        ------
-        InputError, MissingCharacters, DoesNotFit
-            The message has the line of the letter.
+        Raises InputError, MissingCharacters, DoesNotFit: the message has the line of the letter.
         """
         tell(0.0, "setting the letter")
         hands, pages = _set_pages(self, row)
@@ -127,10 +124,7 @@ def prepare_letter(
     ----------
     given : the options by their names that are wanted whatever the head says; None: those that are not as usual.
 
-    Raises
-    ------
-    InputError
-        An option is wrong, or a hand is missing.
+    Raises InputError: an option is wrong, or a hand is missing.
     """
     own_margins = not _is_given("margin", sheet, given)
     writing, sheet, picture = (

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from handout.hand.protocol import AnyHand
-    from handout.scanning.given_sheet import GivenSheet
+    from handout.scanning.page_layout import GivenSheet
     from handout.scanning.printed_lines import PrintedLine, PrintedSheet
     from handout.writing.layout import Layout
 
@@ -74,7 +74,7 @@ def page_name(sheet: SheetOptions, picture: PictureOptions) -> str:
     """The page to write on: that of --page, or else a scanned sheet's own size, or else the usual one."""
     if sheet.page is not None or picture.paper in papers.PAPERS:
         return sheet.page_name
-    from handout.scanning.given_sheet import read_sheet, sheet_file
+    from handout.scanning.page_layout import read_sheet, sheet_file
 
     size = None if sheet_file(picture.paper) is None else read_sheet(picture.paper).size
     if size is None:
@@ -98,10 +98,7 @@ def lined_paper(
 ) -> LinedPaper:
     """A layout with its lines on those of the paper that is asked for; as it is where that has none.
 
-    Raises
-    ------
-    InputError
-        No such paper, a distance of lines that cannot be, or lines that leave no room.
+    Raises InputError: no such paper, a distance of lines that cannot be, or lines that leave no room.
     """
     paper = papers.parse_paper(picture.paper)
     request = _Request(layout, hand, writing, sheet)
@@ -146,9 +143,8 @@ def _use_drawn_rules(request: _Request, paper: Paper) -> LinedPaper:
 
 def _use_found_rules(request: _Request, name: str) -> LinedPaper:
     """Write on the lines that are found in the picture of a sheet, clear of what is printed on it."""
-    from handout.scanning.given_sheet import read_sheet
-    from handout.scanning.printed_areas import find_print
-    from handout.scanning.printed_lines import find_printed_lines
+    from handout.scanning.page_layout import read_sheet
+    from handout.scanning.printed_lines import find_print, find_printed_lines
 
     sheet, page = read_sheet(name), request.layout.page
     lines = find_printed_lines(sheet.rgb, page.width, page.height)
@@ -190,7 +186,7 @@ def _clear(
     request: _Request, layout: Layout, printed: NDArray[np.bool_], name: str, lines: PrintedSheet | None = None
 ) -> tuple[Layout, tuple[str, ...], dict[str, Fact]]:
     """The layout beside what is printed or punched on its sheet; notes, and a fact where it had to give way."""
-    from handout.scanning.printed_areas import free_area
+    from handout.scanning.printed_lines import free_area
 
     top, right, bottom, left = layout.margin
     width, height = layout.page.width, layout.page.height

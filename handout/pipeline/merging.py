@@ -32,7 +32,7 @@ from handout.pipeline.options import MergeOptions, PictureOptions, SheetOptions,
 from handout.pipeline.results import Listener, Tally
 from handout.pipeline.texts import INK, TextDocument, WritingTask, prepare, program
 from handout.pipeline.writing import Document
-from handout.printing import countries, envelope, journal, media
+from handout.printing import address, envelope, journal, media
 from handout.printing.address_table import Addresses, read_addresses, read_rows
 from handout.printing.batch import BatchOptions, chosen_rows
 from handout.printing.journal import BACK, ENVELOPE, Batch, Journal
@@ -88,10 +88,7 @@ class MailMerge:
 def read_merge(path: Path, table: TableOptions, options: MergeOptions, listener: Listener) -> MailMerge:
     """Read a table and its letter, and check what needs no writing; the listener hears how they were read.
 
-    Raises
-    ------
-    TableError, InputError
-        The table or the letter cannot be read, or does not fit the other.
+    Raises TableError, InputError: the table or the letter cannot be read, or does not fit the other.
     """
     letter, head = (None, None) if options.letter is None else _letter(Path(options.letter), listener)
     rows = read_rows(path, table.columns)
@@ -128,16 +125,16 @@ def _abroad(table: Addresses, home: str) -> Addresses:
     """The addresses without the country of the sender, and with others in the sender's script."""
     if not home:
         return table
-    country = countries.find(home)
+    country = address.find(home)
     if country is None:
         raise InputError(f"home country: {home!r} is no country that is known; give a name or a code such as DE.")
     rows = []
     for row in table:
         *rest, last = row.lines or ("",)
-        named = countries.find(last) if len(rest) > 1 else None
+        named = address.find(last) if len(rest) > 1 else None
         if named == country:
             row = replace(row, lines=tuple(rest))
-        elif named is not None and (own := countries.spell_abroad(last, country)) != last:
+        elif named is not None and (own := address.spell_abroad(last, country)) != last:
             said = f"the country {last} is written {own}, in the sender's letters"
             row = replace(row, lines=(*rest, own), warnings=(*row.warnings, said))
         rows.append(row)
@@ -170,10 +167,7 @@ def begin_batch(
 ) -> tuple[BatchOptions, Journal]:
     """Choose the rows of a batch and open its journal (`journal_of`); the pages get the seed that it was begun with.
 
-    Raises
-    ------
-    InputError
-        The batch cannot be begun, or gone on with; or no row of it is to be made.
+    Raises InputError: the batch cannot be begun, or gone on with; or no row of it is to be made.
     """
     merge = pages.merge
     if envelopes_to and not (merge.with_letters and merge.options.with_envelopes):
@@ -197,10 +191,7 @@ def journal_of(pages: RowPages, table: TableOptions, more: Mapping[str, object],
     ----------
     table : every option of the device; more : further ones, by their names.
 
-    Raises
-    ------
-    InputError
-        The batch cannot be begun, or gone on with.
+    Raises InputError: the batch cannot be begun, or gone on with.
     """
     if dry_run and (table.resume or table.afresh):
         raise InputError("--resume and --afresh are for what is made: leave them out of a --dry-run.")
@@ -330,10 +321,7 @@ class RowPages:
     def check(self, row: TableRow) -> None:
         """Whether a row can be written, as far as setting tells: text, letters, address, and whether it fits its page.
 
-        Raises
-        ------
-        InputError
-            It cannot.
+        Raises InputError: it cannot.
         """
         replace(self, draws=False)(row)
 
@@ -368,10 +356,7 @@ class RowPages:
     def __call__(self, row: TableRow) -> list[BatchPage]:
         """The pages of a row: its letter, its envelope, the back of that.
 
-        Raises
-        ------
-        InputError
-            The row cannot be written.
+        Raises InputError: the row cannot be written.
         """
         manner, pages = self.merge.fields.manner(row), list[BatchPage]()
         for name in (manner.hand, manner.pen) if self.merge.options.alone else ():
@@ -579,10 +564,7 @@ def approval(pages: RowPages, table: TableOptions) -> dict[str, object]:
 def approved_seed(pages: RowPages, table: TableOptions) -> int:
     """The seed of the approved proof of these pages; their own where no proof is named.
 
-    Raises
-    ------
-    InputError
-        It is no proof, or something has changed since: the message says what.
+    Raises InputError: it is no proof, or something has changed since: the message says what.
     """
     path = pages.merge.options.approved
     if path is None:

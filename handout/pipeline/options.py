@@ -27,7 +27,6 @@ from handout.pipeline.declarations import (
     HAND,
     INK,
     MACHINE,
-    OWN,
     PAGE,
     PARTS,
     STYLE,
@@ -70,10 +69,7 @@ _ROWS = "Rows by their numbers in the file, the header is 1: 3-7,9 or 7-."
 def slip_rate(text: str) -> float:
     """Slips in 100 words: a number of them, or "usual".
 
-    Raises
-    ------
-    InputError
-        No number, or one outside 0 to 100.
+    Raises InputError: no number, or one outside 0 to 100.
     """
     from handout.writing.slips import USUAL, check_rate
 
@@ -98,82 +94,80 @@ class WritingOptions:
     """
 
     hand: str | Hand | ScannedHand = shared(
-        "house-joined", HAND, "A built-in hand, your own, or a .hand or .toml file or .svg font.", sent=Name
+        "house-joined", "A built-in hand, your own, or a .hand or .toml file or .svg font.", HAND, sent=Name
     )
-    seed: int | None = shared(
-        None, HAND, "Same seed, same writing; without it every run differs.", kind=int, sent=Seed | None
-    )
+    seed: int | None = shared(None, "Same seed, same writing; without it every run differs.", HAND, sent=Seed | None)
     x_height: Length | None = shared(
         None,
-        PAGE,
         "Height of a small letter; default: 2.5mm, or a scanned hand's own.",
+        PAGE,
         sent=SentLength | None,
         of_strokes=True,
     )
     line_spacing: Length | None = shared(
-        None, PAGE, "Distance of lines, e.g. 9mm; default: the hand's own.", sent=SentLength | None, of_strokes=True
+        None, "Distance of lines, e.g. 9mm; default: the hand's own.", PAGE, sent=SentLength | None, of_strokes=True
     )
     align: Align = shared(
         "ragged",
-        PAGE,
         "Of lines; ragged begins them on the left, not quite straight.",
+        PAGE,
         choices=ALIGNMENTS,
         sent=Align,
         of_strokes=True,
     )
-    kinematics: str = shared("optimal-control", HAND, "How the strokes move.", choices=ENGINES, of_strokes=True)
-    speed: str | float = shared("human", HAND, "human, fast, or a factor such as 1.5.", of_strokes=True)
+    kinematics: str = shared("optimal-control", "How the strokes move.", HAND, choices=ENGINES, of_strokes=True)
+    speed: str | float = shared("human", "human, fast, or a factor such as 1.5.", HAND, of_strokes=True)
     jitter: float = shared(
         1.0,
-        HAND,
         "1 as people vary, 0 none.",
+        HAND,
         flags=("--variation", "--jitter"),
         sent=Annotated[float, Meta(ge=0, le=3)],
         sent_as="variation",
         of_strokes=True,
     )
     haste: float = shared(
-        0.0, HAND, "-1 careful, 0 as drawn, 1 hurried.", sent=Annotated[float, Meta(ge=-1, le=1)], of_strokes=True
+        0.0, "-1 careful, 0 as drawn, 1 hurried.", HAND, sent=Annotated[float, Meta(ge=-1, le=1)], of_strokes=True
     )
     legible: float = shared(
         0.0,
-        HAND,
         "0 as the author of a scanned hand writes, 1 (or no number) as legible as his letters can be.",
+        HAND,
         alone="1",
         sent=Annotated[float, Meta(ge=0, le=1)],
         of_strokes=True,
     )
     language: str = shared(
         "en",
-        HAND,
         "Of dates in letters (de, fr, en-GB …), and of letters that it writes its own way (bg, sr).",
+        HAND,
         sent=Annotated[str, Meta(pattern=r"^[A-Za-z_-]{1,20}(?!\n)$")],
         of_strokes=True,
     )
-    fit: bool = shared(False, PAGE, "Shrink what does not fit instead of refusing it.", sent=bool, of_strokes=True)
+    fit: bool = shared(False, "Shrink what does not fit instead of refusing it.", PAGE, sent=bool, of_strokes=True)
     fallback: bool = shared(
         False,
-        HAND,
         "Take similar forms for characters that the hand lacks, leave out emoji.",
+        HAND,
         sent=bool,
         of_strokes=True,
     )
     slips: float = shared(
         0.0,
-        HAND,
         "Words in 100 begun wrongly, struck out and written again; without a number 2. Never in addresses.",
+        HAND,
         kind=slip_rate,
         metavar="[RATE]",
         alone="usual",
         sent=Annotated[float, Meta(ge=0, le=100)],
         of_strokes=True,
     )
-    strict: bool = shared(False, HAND, "Refuse a text of which a word, as written, reads as another.", sent=bool)
-    pose: str | None = shared(None, STYLE, _POSE)
-    pose_method: str = shared(POSE_METHODS[0], STYLE, _METHOD, choices=POSE_METHODS, of_strokes=True)
-    style: str | None = shared(None, STYLE, f"Move through what is written in a handstyle: {_STYLES}", sent=Name | None)
-    prime: str | None = shared(None, STYLE, _PRIME)
-    temperature: float | None = shared(None, STYLE, _TEMPERATURE, kind=float, of_strokes=True)
+    strict: bool = shared(False, "Refuse a text of which a word, as written, reads as another.", HAND, sent=bool)
+    pose: str | None = shared(None, _POSE, STYLE)
+    pose_method: str = shared(POSE_METHODS[0], _METHOD, STYLE, choices=POSE_METHODS, of_strokes=True)
+    style: str | None = shared(None, f"Move through what is written in a handstyle: {_STYLES}", STYLE, sent=Name | None)
+    prime: str | None = shared(None, _PRIME, STYLE)
+    temperature: float | None = shared(None, _TEMPERATURE, STYLE, of_strokes=True)
     rewritten: tuple[tuple[int, int], ...] = option(
         (),
         sent=Annotated[
@@ -194,9 +188,9 @@ class SheetOptions:
     usual_page : the page where none is asked for.
     """
 
-    page: str | None = shared(None, PAGE, page_sizes.HELP, sent=PageName | None)
-    margin: str | None = shared(None, PAGE, _SIDES, sent=Lengths | None)
-    pages: int | None = shared(None, PAGE, "How many pages there may be.", kind=int, least=1, sent=Number | None)
+    page: str | None = shared(None, page_sizes.HELP, PAGE, usual="usual_page", sent=PageName | None)
+    margin: str | None = shared(None, _SIDES, PAGE, sent=Lengths | None)
+    pages: int | None = shared(None, "How many pages there may be.", PAGE, least=1, sent=Number | None)
     usual_page: str = "A4"
 
     @property
@@ -215,35 +209,35 @@ class PictureOptions:
         of a sheet, FILE or FILE:2.
     """
 
-    dpi: float = shared(300.0, INK, "Of PNG files.", least=36, most=2400, sent=Annotated[float, Meta(ge=20, le=1200)])
+    dpi: float = shared(300.0, "Of PNG files.", INK, least=36, most=2400, sent=Annotated[float, Meta(ge=20, le=1200)])
     pen: str | None = shared(
         None,
-        INK,
         f"What the ink looks like, in PNG files and prints: {', '.join(PENS)}, by default ballpoint; "
         "dry-brush, marker, sumi, crayon, or a .brush file. A scanned hand has its own; another .hand file lends it "
         "that of its pages.",
+        INK,
         sent=Name | None,
     )
     pen_width: Length | None = shared(
-        None, INK, "Width of the line, in pictures; default: the pen's own, plain 0.3mm.", sent=SentLength | None
+        None, "Width of the line, in pictures; default: the pen's own, plain 0.3mm.", INK, sent=SentLength | None
     )
     ink: str | None = shared(
         None,
-        INK,
         "Colour of the ink, in pictures: #rrggbb, or a name such as navy; default: the pen's own.",
+        INK,
         sent=Colour | None,
     )
     paper: str = shared(
         "none",
-        INK,
         "plain laid ruled squared (ruled:8mm; ruled:8mm,25mm: the first rule 25mm from the top), or a picture or "
         "PDF of a sheet (FILE, FILE:2): behind the ink in PNG files, and written on its lines and beside its print in "
         "all.",
+        INK,
         unless=("transparent",),
         sent=PaperName,
     )
-    transparent: bool = shared(False, INK, "PNG files without any paper.", unless=("paper",), sent=bool)
-    layer_by: LayerBy = shared("ink", INK, "What each layer of SVG and DXF files is.", choices=LAYERS)
+    transparent: bool = shared(False, "PNG files without any paper.", INK, unless=("paper",), sent=bool)
+    layer_by: LayerBy = shared("ink", "What each layer of SVG and DXF files is.", INK, choices=LAYERS)
 
     @property
     def has_scanned_pen(self) -> bool:
@@ -258,11 +252,8 @@ class PictureOptions:
 
         styled : whether strokes are moved anew by a style, which brings its own widths: an even ink is the usual one.
 
-        Raises
-        ------
-        InputError
-            A pen, a colour or a paper that there is not, both a paper and --transparent, or a style and a pen whose
-            scanned ink cannot be moved anew.
+        Raises InputError: a pen, a colour or a paper that there is not, both a paper and --transparent, or a style and
+        a pen whose scanned ink cannot be moved anew.
         """
         from handout.inking import papers, pen
         from handout.sinks import Look
@@ -294,10 +285,8 @@ class PictureOptions:
 class ChartOptions:
     """The sheets that charts and strips are printed on; pages None: what the printer's margins ask for."""
 
-    sheet: str = option("A4", OWN, "A4 or letter.", sent=Literal["A4", "letter"])
-    pages: int | None = option(
-        None, OWN, "1, or 2 where the printer's margins are wide.", kind=int, sent=Literal[1, 2] | None
-    )
+    sheet: str = option("A4", "A4 or letter.", sent=Literal["A4", "letter"])
+    pages: int | None = option(None, "1, or 2 where the printer's margins are wide.", sent=Literal[1, 2] | None)
 
 
 @dataclass(frozen=True)
@@ -305,23 +294,21 @@ class CalibrationOptions:
     """How a printer is calibrated; output None: chart and strip go to the printer."""
 
     scanner: str | None = option(
-        None, OWN, "Scan through SANE with this scanner (scanimage -L lists them) instead of giving files."
+        None, "Scan through SANE with this scanner (scanimage -L lists them) instead of giving files."
     )
-    scanner_name: str = option("", OWN, "What the scanner that makes the files is called, for the record.")
-    hand: str = option("", OWN, "Verify with the ink of this hand; compare the scan with its pages.")
+    scanner_name: str = option("", "What the scanner that makes the files is called, for the record.")
+    hand: str = option("", "Verify with the ink of this hand; compare the scan with its pages.")
     output: Path | None = option(
-        None, OWN, "Folder for chart and strip as PDF, if you print them yourself.", flags=("-o", "--output"), kind=Path
+        None, "Folder for chart and strip as PDF, if you print them yourself.", flags=("-o", "--output")
     )
-    method: str = option("forward", OWN, "How the table is made of the patches.", choices=COLOUR_METHODS)
-    no_verify: bool = option(False, OWN, "Store the table without printing a verification strip.")
-    accept: bool = option(False, OWN, "Calibrate with the print as it is, though inks are weak in it.", sent=bool)
-    afresh: bool = option(False, OWN, "Begin anew instead of going on where the last run was left.", sent=bool)
+    method: str = option("forward", "How the table is made of the patches.", choices=COLOUR_METHODS)
+    no_verify: bool = option(False, "Store the table without printing a verification strip.")
+    accept: bool = option(False, "Calibrate with the print as it is, though inks are weak in it.", sent=bool)
+    afresh: bool = option(False, "Begin anew instead of going on where the last run was left.", sent=bool)
     faults: tuple[str, ...] = option(
         (),
-        OWN,
         "With sim: something wrong with printer or scanner.",
         flags=("--fault",),
-        repeated=True,
         sent=Annotated[tuple[Name, ...], Meta(max_length=4)],
     )
 
@@ -352,24 +339,21 @@ class ReadingOptions:
 
     dpi: float | None = option(
         None,
-        OWN,
         "Pixels an inch of the scans, where the files do not say.",
-        kind=float,
         sent=Annotated[float, Meta(ge=50, le=2400)] | None,
     )
     pen: str | None = option(
         None,
-        OWN,
         "What it was written with; default: told from the ink.",
         choices=TEXTURED,
         sent=Literal["ballpoint", "fineliner", "fountain", "pencil"] | None,
     )
     title: str | None = option(
-        None, OWN, "What to call the hand, for people.", sent=Annotated[str, Meta(max_length=200)] | None
+        None, "What to call the hand, for people.", sent=Annotated[str, Meta(max_length=200)] | None
     )
-    seed: int = option(0, OWN, "Same seed, same hand.", least=0, sent=Seed)
+    seed: int = option(0, "Same seed, same hand.", least=0, sent=Seed)
     ink_only: bool = option(
-        False, OWN, "Keep nothing of the scans but their ink. What is painted is then not segmented anew.", sent=bool
+        False, "Keep nothing of the scans but their ink. What is painted is then not segmented anew.", sent=bool
     )
 
 
@@ -377,27 +361,26 @@ class ReadingOptions:
 class TableOptions:
     """Which rows of a table are made, how its columns are read, and how a batch of them is gone on with."""
 
-    rows: str = option("", TABLE, _ROWS, sent=Annotated[str, Meta(pattern=r"^[0-9, -]{0,500}(?!\n)$")])
+    rows: str = option("", _ROWS, TABLE, sent=Annotated[str, Meta(pattern=r"^[0-9, -]{0,500}(?!\n)$")])
     columns: tuple[str, ...] = option(
         (),
-        TABLE,
         'What columns hold: "name=Guest(s)" or "1=name"; also of a row its own hand, pen, language, copies, '
         "or its text.",
-        repeated=True,
+        TABLE,
         metavar="WHAT=COLUMN",
         sent=Annotated[tuple[Annotated[str, Meta(max_length=200)], ...], Meta(max_length=50)],
     )
-    address: str = option("", TABLE, "Of several addresses of a row: home, business, 2 …")
-    no_name: bool = option(False, TABLE, "Take a table that has no names.")
-    copies: int = option(1, PARTS, "Of each row.", sent=Number)
+    address: str = option("", "Of several addresses of a row: home, business, 2 …", TABLE)
+    no_name: bool = option(False, "Take a table that has no names.", TABLE)
+    copies: int = option(1, "Of each row.", PARTS, sent=Number)
     resume: bool = option(
-        False, PARTS, "Go on with a batch that broke off: print exactly the rest of it.", of_batch=False
+        False, "Go on with a batch that broke off: print exactly the rest of it.", PARTS, of_batch=False
     )
-    again: str = option("", TABLE, "With --resume: make these whatever became of them.", metavar="ROWS", of_batch=False)
-    afresh: bool = option(False, TABLE, "Make all of it, though an earlier run of it broke off.", of_batch=False)
-    jobs: int = shared(1, TABLE, "Processes that make pages.", least=1, of_batch=False)
+    again: str = option("", "With --resume: make these whatever became of them.", TABLE, metavar="ROWS", of_batch=False)
+    afresh: bool = option(False, "Make all of it, though an earlier run of it broke off.", TABLE, of_batch=False)
+    jobs: int = shared(1, "Processes that make pages.", TABLE, least=1, of_batch=False)
     cluster: str = shared(
-        "", TABLE, "Of a Dask scheduler: its workers make the pages.", metavar="ADDRESS", of_batch=False
+        "", "Of a Dask scheduler: its workers make the pages.", TABLE, metavar="ADDRESS", of_batch=False
     )
 
 
@@ -409,35 +392,29 @@ class PrintOptions(TableOptions):
     flap : of an envelope, the edge that goes in first upwards; feed None: the profile's.
     """
 
-    printer: str = shared("pdf", MACHINE, "A printer's profile (epson), queue, or ipp://…")
+    printer: str = shared("pdf", "A printer's profile (epson), queue, or ipp://…", MACHINE)
     queue: str | tuple[str, ...] = option(
-        (),
-        MACHINE,
-        "Where pages go: a CUPS queue, ipp://HOST/ipp/print, file:FOLDER; several share.",
-        repeated=True,
-        of_batch=False,
+        (), "Where pages go: a CUPS queue, ipp://HOST/ipp/print, file:FOLDER; several share.", MACHINE, of_batch=False
     )
     envelopes_to: tuple[str, ...] = option(
-        (), ENVELOPES, "Where envelopes go, if not with letters.", repeated=True, metavar="PRINTER", of_batch=False
+        (), "Where envelopes go, if not with letters.", ENVELOPES, metavar="PRINTER", of_batch=False
     )
-    dry_run: str | Path | None = option(
-        None, FILES, "Write .pdf, .png or .svg instead of printing.", kind=Path, of_batch=False
-    )
-    page: str | None = option(None, PAGE, f"{page_sizes.HELP}  [default: A4, or without a letter DL]", of_batch=False)
-    tray: str = option("", MACHINE, "Feed from this tray, as the printer calls it (rear, main …).")
-    feed: str | None = option(None, MACHINE, "The edge of the sheet that goes in first.", choices=("short", "long"))
+    dry_run: str | Path | None = option(None, "Write .pdf, .png or .svg instead of printing.", FILES, of_batch=False)
+    page: str | None = option(None, f"{page_sizes.HELP}  [default: A4, or without a letter DL]", PAGE, of_batch=False)
+    tray: str = option("", "Feed from this tray, as the printer calls it (rear, main …).", MACHINE)
+    feed: str | None = option(None, "The edge of the sheet that goes in first.", MACHINE, choices=("short", "long"))
     flap: str | None = option(
         None,
-        ENVELOPES,
         "Where an envelope's flap is, print side towards you, the edge that goes in first upwards.",
+        ENVELOPES,
         choices=("left", "right", "leading", "trailing"),
     )
-    nudge: str | None = option(None, MACHINE, "Move the writing to the right and down: 1.5mm,-0.5mm.", metavar="X,Y")
+    nudge: str | None = option(None, "Move the writing to the right and down: 1.5mm,-0.5mm.", MACHINE, metavar="X,Y")
     format: str | None = option(
-        None, MACHINE, "Of what is sent; default: the best.", choices=("pdf", "pwg", "urf", "png")
+        None, "Of what is sent; default: the best.", MACHINE, choices=("pdf", "pwg", "urf", "png")
     )
-    calibration: str = option("", MACHINE, "A printer/paper, a file, or none; default: the printer's newest.")
-    stock: str = option("", MACHINE, "What paper is in the printer, as it was called when it was calibrated.")
+    calibration: str = option("", "A printer/paper, a file, or none; default: the printer's newest.", MACHINE)
+    stock: str = option("", "What paper is in the printer, as it was called when it was calibrated.", MACHINE)
 
 
 @dataclass(frozen=True)
@@ -451,38 +428,32 @@ class MergeOptions:
     """
 
     letter: str | Path | None = option(
-        None,
-        TABLE,
-        "A letter with gaps, {{ first_name }}, that every row of the table fills.",
-        kind=Path,
-        of_batch=False,
+        None, "A letter with gaps, {{ first_name }}, that every row of the table fills.", TABLE, of_batch=False
     )
-    approved: str | Path | None = option(
-        None, TABLE, "A proof's .json: refuse what differs from it.", kind=Path, of_batch=False
-    )
+    approved: str | Path | None = option(None, "A proof's .json: refuse what differs from it.", TABLE, of_batch=False)
     given: frozenset[str] | None = option(None, of_batch=False)
-    with_envelopes: bool = option(False, ENVELOPES, "An envelope for every letter.", sent=bool)
-    envelope: str = shared("DL", ENVELOPES, "The size of these envelopes.", sent=PageName)
-    margin: str | None = option(None, PAGE, f"Of letters: {_SIDES}", sent=Lengths | None)
-    pages: int | None = option(None, PAGE, "How many pages a letter may have.", kind=int, least=1, sent=Number | None)
+    with_envelopes: bool = option(False, "An envelope for every letter.", ENVELOPES, sent=bool)
+    envelope: str = shared("DL", "The size of these envelopes.", ENVELOPES, sent=PageName)
+    margin: str | None = option(None, f"Of letters: {_SIDES}", PAGE, sent=Lengths | None)
+    pages: int | None = option(None, "How many pages a letter may have.", PAGE, least=1, sent=Number | None)
     return_address: str = shared(
-        "", ENVELOPES, "The sender on envelopes: a text, or its file.", sent=Annotated[str, Meta(max_length=500)]
+        "", "The sender on envelopes: a text, or its file.", ENVELOPES, sent=Annotated[str, Meta(max_length=500)]
     )
     return_at: Literal["corner", "back"] = shared(
         "corner",
-        ENVELOPES,
         "Where the sender stands: in the corner of the front, or on the back.",
+        ENVELOPES,
         choices=("corner", "back"),
     )
     home_country: str = shared(
-        "", ENVELOPES, "The country that is left out of addresses.", sent=Annotated[str, Meta(max_length=60)]
+        "", "The country that is left out of addresses.", ENVELOPES, sent=Annotated[str, Meta(max_length=60)]
     )
-    window: str = shared("", ENVELOPES, "Address on the letter, for a window: DL, C5, #10, CH, CH-left or FR.")
-    tick: bool = shared(False, TABLE, "The row's number, small, on letter and envelope.", sent=bool)
+    window: str = shared("", "Address on the letter, for a window: DL, C5, #10, CH, CH-left or FR.", ENVELOPES)
+    tick: bool = shared(False, "The row's number, small, on letter and envelope.", TABLE, sent=bool)
     skip_bad: bool = shared(
-        False, TABLE, "Make the rows that can be made, though others cannot.", sent=bool, of_batch=False
+        False, "Make the rows that can be made, though others cannot.", TABLE, sent=bool, of_batch=False
     )
-    once: bool = shared(False, TABLE, "Of rows that are the same, make only the first.", sent=bool)
+    once: bool = shared(False, "Of rows that are the same, make only the first.", TABLE, sent=bool)
     alone: bool = option(False, of_batch=False)
 
 
@@ -492,16 +463,15 @@ class FillOptions:
 
     columns: tuple[str, ...] = option(
         (),
-        TABLE,
         'Which column answers a field: "Surname=Last name"; "=Notes" leaves a column out.',
-        repeated=True,
+        TABLE,
         metavar="FIELD=COLUMN",
     )
-    rows: str = option("", TABLE, _ROWS)
-    mark: Literal["cross", "tick"] = option("cross", OWN, "In check boxes.", choices=("cross", "tick"))
-    writing_only: bool = option(False, OWN, "Without the form, for sheets that it is printed on already.")
+    rows: str = option("", _ROWS, TABLE)
+    mark: Literal["cross", "tick"] = option("cross", "In check boxes.", choices=("cross", "tick"))
+    writing_only: bool = option(False, "Without the form, for sheets that it is printed on already.")
     device: str | None = shared(
-        None, MACHINE, "The plotter, for --port and .gcode, .hpgl or .ebb files; default: a common one."
+        None, "The plotter, for --port and .gcode, .hpgl or .ebb files; default: a common one.", MACHINE
     )
 
 
@@ -509,17 +479,13 @@ class FillOptions:
 class StyleOptions:
     """A handstyle, and what is changed of it; None: the style's own."""
 
-    style: str | None = option(None, STYLE, f"Default: fast-tag. Or {_STYLES.removeprefix('fast-tag, ')}")
-    smooth: float | None = option(
-        None, STYLE, "0.05 to 1: how much the movement rounds; default: the style's.", kind=float
-    )
-    shear: str | None = option(None, STYLE, "Lean of the letters, such as 12deg; default: the style's.")
-    jitter: float | None = option(
-        None, STYLE, "How much the hand varies, 1 as people do; default: the style's.", kind=float
-    )
-    prime: str | None = shared(None, STYLE, _PRIME)
-    temperature: float | None = shared(None, STYLE, _TEMPERATURE, kind=float)
-    seed: int | None = option(None, STYLE, "Same seed, same bytes; without it every run may differ.", kind=int)
+    style: str | None = option(None, f"Default: fast-tag. Or {_STYLES.removeprefix('fast-tag, ')}", STYLE)
+    smooth: float | None = option(None, "0.05 to 1: how much the movement rounds; default: the style's.", STYLE)
+    shear: str | None = option(None, "Lean of the letters, such as 12deg; default: the style's.", STYLE)
+    jitter: float | None = option(None, "How much the hand varies, 1 as people do; default: the style's.", STYLE)
+    prime: str | None = shared(None, _PRIME, STYLE)
+    temperature: float | None = shared(None, _TEMPERATURE, STYLE)
+    seed: int | None = option(None, "Same seed, same bytes; without it every run may differ.", STYLE)
 
 
 StyleValue = float | str | Sequence[float]
@@ -543,30 +509,26 @@ class StyleDraft:
 class LessonOptions:
     """How a style is learned from examples."""
 
-    title: str | None = option(None, OWN, "What to call it, for people; default: the name of the file.")
+    title: str | None = option(None, "What to call it, for people; default: the name of the file.")
     size: str = option(
         "small",
-        OWN,
         "Of the networks; berio_2017 is that of the paper, with 36 times the weights.",
         choices=("small", "berio_2017"),
     )
     inputs: str = option(
-        "ahead",
-        OWN,
-        "What they are told of a stroke.",
-        choices=("ahead", "local", "berio_2017", "berio_2017_no_history"),
+        "ahead", "What they are told of a stroke.", choices=("ahead", "local", "berio_2017", "berio_2017_no_history")
     )
-    seed: int = option(0, OWN, "Same seed, same style.")
+    seed: int = option(0, "Same seed, same style.")
 
 
 @dataclass(frozen=True)
 class PoseOptions:
     """How a pen is held, after a library of recorded strokes; pose None: as it was."""
 
-    pose: str | None = option(None, STYLE, _POSE)
-    method: str = option(POSE_METHODS[0], STYLE, _METHOD, choices=POSE_METHODS)
-    trajectory: bool = option(False, STYLE, "Draw the strokes, too, as the library's writer draws.")
-    one_pass: bool = option(False, STYLE, "With --trajectory: hold the pen as the old strokes suggest.")
+    pose: str | None = option(None, _POSE, STYLE)
+    method: str = option(POSE_METHODS[0], _METHOD, STYLE, choices=POSE_METHODS)
+    trajectory: bool = option(False, "Draw the strokes, too, as the library's writer draws.", STYLE)
+    one_pass: bool = option(False, "With --trajectory: hold the pen as the old strokes suggest.", STYLE)
 
 
 @dataclass(frozen=True)
@@ -575,40 +537,32 @@ class PromptOptions:
 
     pages: int | None = option(
         None,
-        OWN,
         "How many to write; default: 4, or 1 with --for.",
-        kind=int,
         least=1,
         most=100,
         sent=Annotated[int, Meta(ge=1, le=20)] | None,
     )
     hand: str | None = option(
-        None, OWN, "A scanned hand, or .hand file: the letters of which it has few sure ones.", flags=("--for",)
+        None, "A scanned hand, or .hand file: the letters of which it has few sure ones.", flags=("--for",)
     )
-    characters: str | None = option(
-        None, OWN, "Each occurs at least once; default: all printable ASCII, or the hand's."
-    )
-    also: str = option("", OWN, "More characters than these, e.g. äöüß€.", sent=Annotated[str, Meta(max_length=500)])
-    target: str | None = option(
-        None, OWN, "A file with texts such as will be wanted later: its letters count, and occur."
-    )
+    characters: str | None = option(None, "Each occurs at least once; default: all printable ASCII, or the hand's.")
+    also: str = option("", "More characters than these, e.g. äöüß€.", sent=Annotated[str, Meta(max_length=500)])
+    target: str | None = option(None, "A file with texts such as will be wanted later: its letters count, and occur.")
     corpus_file: str | None = option(
-        None, OWN, "A file of text to take the sentences from; default: the program's own.", flags=("--corpus",)
+        None, "A file of text to take the sentences from; default: the program's own.", flags=("--corpus",)
     )
     language: str = option(
         "en",
-        OWN,
         "Of the sentences: en, be, bg, el, ru, sr or uk; other than en, its letters take the place of ASCII's.",
         sent=Literal["en", "be", "bg", "el", "ru", "sr", "uk"],
     )
-    page: str = option("A4", OWN, "A4 or letter.", sent=Literal["A4", "letter"])
-    ruling: Length = option("10mm", OWN, "Distance of the lines, 6mm to 20mm.", sent=SentLength)
+    page: str = option("A4", "A4 or letter.", sent=Literal["A4", "letter"])
+    ruling: Length = option("10mm", "Distance of the lines, 6mm to 20mm.", sent=SentLength)
     letter_width: Length | None = option(
-        None, OWN, "Width your letters take, with gaps, e.g. 2.8mm; default: a third of the ruling."
+        None, "Width your letters take, with gaps, e.g. 2.8mm; default: a third of the ruling."
     )
     ruled: bool = option(
         True,
-        OWN,
         "Lines and words printed pale where you write; or nothing but the marks, with the words on a page beside "
         "and lines to lay under: for printers without colour, and for red ink.",
         off="--plain",
@@ -619,10 +573,10 @@ class PromptOptions:
 class ProofOptions(TableOptions):
     """What a proof is of: the page, and the machine, printer or plotter, whose reach, time and prices are looked at."""
 
-    page: str | None = option(None, PAGE, f"{page_sizes.HELP}  [default: A4, of a plotter A5, without a letter DL]")
-    printer: str = option("", MACHINE, "Whose reach is looked at: a printer's profile, or its queue.")
-    device: str = option("", MACHINE, "Whose reach and time are looked at: a plotter's profile.")
-    prices: str = option("", TABLE, "sheet=0.02,envelope=0.1,hour=4,currency=EUR …", metavar="NAME=…,…")
+    page: str | None = option(None, f"{page_sizes.HELP}  [default: A4, of a plotter A5, without a letter DL]", PAGE)
+    printer: str = option("", "Whose reach is looked at: a printer's profile, or its queue.", MACHINE)
+    device: str = option("", "Whose reach and time are looked at: a plotter's profile.", MACHINE)
+    prices: str = option("", "sheet=0.02,envelope=0.1,hour=4,currency=EUR …", TABLE, metavar="NAME=…,…")
 
 
 def millimetres(length: Length, what: str) -> float:

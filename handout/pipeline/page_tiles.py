@@ -35,10 +35,7 @@ class Tiles:
     def tile(self, level: int, column: int, row: int) -> bytes:
         """A square as JPEG; at `level` 1 it shows twice as much each way as at 0, and so on.
 
-        Raises
-        ------
-        InputError
-            There is no such level, or the square is off the page.
+        Raises InputError: there is no such level, or the square is off the page.
         """
         if not 0 <= level <= _LEVELS:
             raise InputError(f"level: {level} is outside 0 to {_LEVELS}.")

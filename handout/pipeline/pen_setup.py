@@ -20,11 +20,9 @@ from handout.pipeline.plot_request import HeightOptions
 from handout.pipeline.plotting import AtPlotter, machine, plot_drawings, usual_device
 from handout.pipeline.programs import Programs
 from handout.pipeline.results import SILENT, Attendant, Delivery, Facts, Listener, Result
-from handout.plotting import open_port, plan
-from handout.plotting.dialect import Controller
-from handout.plotting.driving import driver
-from handout.plotting.setup import manual, pen_heights, saved_heights, sheet
-from handout.plotting.setup.pen_heights import Heights
+from handout.plotting import driver, open_port, pen_heights, plan, setup_sheet
+from handout.plotting.dialects import Controller
+from handout.plotting.pen_heights import Heights
 from handout.sinks import Look, check_outputs, write_drawings
 
 _NO_PORT = "Where is the plotter? Give --port /dev/ttyUSB0 (or COM3, auto, or sim:)."
@@ -54,9 +52,9 @@ def test_sheet(
 ) -> tuple[Delivery, list[str]]:
     """Draw the sheet that shows what to set of a plotter, on paper at a port, or in files; how to read it, in lines."""
     profile = machine(device, port)
-    size = page_of(page) if page else sheet.usual_page(profile)
-    drawing = sheet.test_sheet(profile, size, np.random.default_rng(seed_of(seed)))
-    how_to_read = sheet.how_to_read(profile)
+    size = page_of(page) if page else setup_sheet.usual_page(profile)
+    drawing = setup_sheet.test_sheet(profile, size, np.random.default_rng(seed_of(seed)))
+    how_to_read = setup_sheet.how_to_read(profile)
     if outputs:
         paths = [Path(name) for name in outputs]
         programs = Programs(profile.name or None, paths)
@@ -81,10 +79,7 @@ def find_heights(
 
     The keys of a profile's group ``[pen]`` that were found or tried are told, and the file that has them now.
 
-    Raises
-    ------
-    InputError
-        There is nothing to set, or the options contradict each other; nothing has moved then.
+    Raises InputError: there is nothing to set, or the options contradict each other; nothing has moved then.
     """
     if port is None:
         raise InputError(_NO_PORT)
@@ -95,10 +90,10 @@ def find_heights(
     if options.again and options.save is None:
         raise InputError("--again replaces a profile that is saved: give it with --save NAME.")
     source = profiles.locate(device or usual_device(port), "plotter")
-    path = None if options.save is None else saved_heights.place(options.save, options.again)
+    path = None if options.save is None else pen_heights.find_copy(options.save, options.again)
     trial = None if options.up is None or options.down is None else Heights(options.up, options.down)
     if trial is not None:
-        saved_heights.check(source, saved_heights.lines(trial, profile))
+        pen_heights.check_copy(source, pen_heights.list_changes(trial, profile))
     with contextlib.closing(open_port(port, profile)) as opened:
         controller = driver.connect(opened, profile, attendant.say)
         bench = pen_heights.begin(controller, opened, AtPlotter(attendant, port), attendant.say)
@@ -107,9 +102,9 @@ def find_heights(
         else:
             heights = trial
             pen_heights.draw_trial(bench, trial)
-    keys = saved_heights.lines(heights, profile)
+    keys = pen_heights.list_changes(heights, profile)
     if path is not None:
-        saved_heights.save(source, path, keys)
+        pen_heights.save_copy(source, path, keys)
     told = {**keys, "file": None if path is None else str(path)}
     return Delivery(files=() if path is None else (path,), told=told)
 
@@ -119,7 +114,7 @@ Move = Literal["up", "down", "home", "jog", "release"]
 _MOVES: dict[str, tuple[str, Callable[[Controller], None]]] = {
     "up": ("the pen is up", lambda controller: controller.pen(False)),
     "down": ("the pen is down", lambda controller: controller.pen(True)),
-    "home": ("the pen is above its zero", manual.home),
+    "home": ("the pen is above its zero", pen_heights.home),
     "release": ("its motors are off", lambda controller: controller.release()),
 }
 
@@ -138,13 +133,13 @@ def move_pen(
     move: Callable[[Controller], None]
     if how == "jog":
         dx, dy = millimetres(x, "jog x"), millimetres(y, "jog y")
-        done, move = f"moved by {dx:g}, {dy:g} mm", partial(manual.jog, dx=dx, dy=dy)
+        done, move = f"moved by {dx:g}, {dy:g} mm", partial(pen_heights.jog, dx=dx, dy=dy)
     else:
         done, move = _MOVES[how]
     if port is None:
         raise InputError(_NO_PORT)
     profile = machine(device, port)
     with contextlib.closing(open_port(port, profile)) as opened:
-        place = manual.move_and_locate(driver.connect(opened, profile, listener.say), move)
+        place = pen_heights.move_and_locate(driver.connect(opened, profile, listener.say), move)
     position = None if place is None or how == "release" else (round(place[0], 3), round(place[1], 3))
     return PenMove(profile.name, profile.title, done, position)

@@ -25,11 +25,11 @@ from handout.pipeline.plot_jobs import find_job, list_jobs, outlook, state_of
 from handout.pipeline.plot_request import AttendanceOptions, PlotRequest
 from handout.pipeline.results import SILENT, Attendant, Facts, Listener
 from handout.plotting import bed
-from handout.plotting.dialect import ButtonPressed
+from handout.plotting.dialects import ButtonPressed
 from handout.plotting.jobs import pages
-from handout.plotting.jobs.job import PlotJob
 from handout.plotting.jobs.places import DrawnPlace
-from handout.printing.cups import queues
+from handout.plotting.jobs.store import PlotJob
+from handout.printing.printers import queues
 from handout.profiles import Plotter
 from handout.signals import interrupt
 from handout.sinks.svg import to_svg

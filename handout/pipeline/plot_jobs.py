@@ -6,11 +6,11 @@ from handout.errors import InputError
 from handout.pipeline.results import SILENT, Listener, Told
 from handout.plotting.dialects import dialect
 from handout.plotting.jobs import store
-from handout.plotting.jobs.job import PlotJob
 from handout.plotting.jobs.journal import JobProgress
 from handout.plotting.jobs.parts import name_layer
 from handout.plotting.jobs.places import take_drawn
 from handout.plotting.jobs.runner import doubt
+from handout.plotting.jobs.store import PlotJob
 
 find_job = store.find  # the plot of a name, or the one that was drawn last, of all or the unfinished ones
 

@@ -11,7 +11,6 @@ from handout.pipeline.declarations import (
     FILES,
     HOOKS,
     MACHINE,
-    OWN,
     PARTS,
     TABLE,
     Name,
@@ -39,17 +38,17 @@ class HookOptions:
 
     dip: str | None = option(
         None,
-        HOOKS,
         "Ink for the pen, before it writes and on the way: go X Y; go NAME; down [VALUE]; up; wait TIME; send LINE.",
+        HOOKS,
         metavar="STEPS",
     )
-    dip_every: Length | None = option(None, HOOKS, "Ink between two dips at most, e.g. 150mm.", metavar="LENGTH")
+    dip_every: Length | None = option(None, "Ink between two dips at most, e.g. 150mm.", HOOKS, metavar="LENGTH")
     before_page: str | None = option(
-        None, HOOKS, "What the machine does before every page, in such steps.", metavar="STEPS"
+        None, "What the machine does before every page, in such steps.", HOOKS, metavar="STEPS"
     )
-    after_page: str | None = option(None, HOOKS, "And after it.", metavar="STEPS")
-    before_stroke: str | None = option(None, HOOKS, "Before every stroke, with the pen lifted.", metavar="STEPS")
-    after_stroke: str | None = option(None, HOOKS, "And after it.", metavar="STEPS")
+    after_page: str | None = option(None, "And after it.", HOOKS, metavar="STEPS")
+    before_stroke: str | None = option(None, "Before every stroke, with the pen lifted.", HOOKS, metavar="STEPS")
+    after_stroke: str | None = option(None, "And after it.", HOOKS, metavar="STEPS")
 
 
 @dataclass(frozen=True)
@@ -58,8 +57,8 @@ class DrawingOptions:
 
     svg_text: str = option(
         "write",
-        FILES,
         "Texts of an SVG: write them in the hand, at their places, or leave them out.",
+        FILES,
         choices=("write", "leave"),
     )
 
@@ -73,37 +72,37 @@ class PlotOptions:
     hooks : what is done besides drawing.
     """
 
-    device: str | None = shared(None, MACHINE, "The plotter's profile; see: handout devices list.", sent=Name | None)
+    device: str | None = shared(None, "The plotter's profile; see: handout devices list.", MACHINE, sent=Name | None)
     order: Order = option(
         "writing",
-        MACHINE,
         "Of words; travel moves the strokes of a drawing about in any way.",
+        MACHINE,
         choices=("writing", "travel"),
         sent=Literal["writing", "travel"],
     )
     layers: Layers = option(
         "none",
-        MACHINE,
         "Stop for another pen before every layer.",
+        MACHINE,
         choices=("none", "name", "colour"),
         sent=Literal["none", "colour"],
     )
-    copies: int = option(1, PARTS, "Of all pages.", least=1, most=1000, sent=Number)
+    copies: int = option(1, "Of all pages.", PARTS, least=1, most=1000, sent=Number)
     pause_every: Length | None = option(
-        None, MACHINE, "Stop for a look at the pen after so much ink, e.g. 20m.", metavar="LENGTH"
+        None, "Stop for a look at the pen after so much ink, e.g. 20m.", MACHINE, metavar="LENGTH"
     )
     overlap: Length | None = option(
-        None, PARTS, "Ink that may be drawn twice after a break; default: 20mm.", metavar="LENGTH"
+        None, "Ink that may be drawn twice after a break; default: 20mm.", PARTS, metavar="LENGTH"
     )
     pen_up: str | None = option(
-        None, MACHINE, "Lift the pen to this height, not the profile's (pen.up).", metavar="HEIGHT"
+        None, "Lift the pen to this height, not the profile's (pen.up).", MACHINE, metavar="HEIGHT"
     )
     pen_down: str | None = option(
-        None, MACHINE, "Lower it to this height, not the profile's (pen.down).", metavar="HEIGHT"
+        None, "Lower it to this height, not the profile's (pen.down).", MACHINE, metavar="HEIGHT"
     )
-    envelopes_to: tuple[str, ...] = option((), ENVELOPES, "Where these are plotted.", repeated=True, metavar="PORT")
-    grid: str = option("", TABLE, "Cards side by side on the bed, 2x3 is two across.", metavar="NxM")
-    gap: Length = option("0mm", TABLE, "Between the cards of a grid.")
+    envelopes_to: tuple[str, ...] = option((), "Where these are plotted.", ENVELOPES, metavar="PORT")
+    grid: str = option("", "Cards side by side on the bed, 2x3 is two across.", TABLE, metavar="NxM")
+    gap: Length = option("0mm", "Between the cards of a grid.", TABLE)
     hooks: HookOptions = HookOptions()
 
 
@@ -112,14 +111,14 @@ class PartOptions:
     """Which part is plotted, as `plotting.jobs.stretch.pieces` takes it; with nothing said, all."""
 
     begin: str | None = option(
-        None, PARTS, "Plot from there on: 40% of the ink, or 2m30s.", flags=("--from",), metavar="PLACE"
+        None, "Plot from there on: 40% of the ink, or 2m30s.", PARTS, flags=("--from",), metavar="PLACE"
     )
-    end: str | None = option(None, PARTS, "And no further than there.", flags=("--to",), metavar="PLACE")
+    end: str | None = option(None, "And no further than there.", PARTS, flags=("--to",), metavar="PLACE")
     from_word: str | None = option(
-        None, PARTS, "Plot from that word on: a word, several, or its number.", metavar="WORD"
+        None, "Plot from that word on: a word, several, or its number.", PARTS, metavar="WORD"
     )
-    to_word: str | None = option(None, PARTS, "And no further than that word.", metavar="WORD")
-    sheets: str = option("", PARTS, "Plot these sheets alone: 2, 2-3, 1,4-.", metavar="NUMBERS")
+    to_word: str | None = option(None, "And no further than that word.", PARTS, metavar="WORD")
+    sheets: str = option("", "Plot these sheets alone: 2, 2-3, 1,4-.", PARTS, metavar="NUMBERS")
 
     def __bool__(self) -> bool:
         return self != PartOptions()
@@ -132,16 +131,16 @@ class AttendanceOptions:
     reached : told how far the pen has come: the number of the job's part, and the place on it.
     """
 
-    at_zero: bool = option(False, PARTS, "With --resume: the pen stands above the zero, lifted.")
-    home_after: bool = option(False, MACHINE, "Back to zero when it ends, after Ctrl-C too.")
+    at_zero: bool = option(False, "With --resume: the pen stands above the zero, lifted.", PARTS)
+    home_after: bool = option(False, "Back to zero when it ends, after Ctrl-C too.", MACHINE)
     hold_limit: str | None = option(
         None,
-        MACHINE,
         "How long the plotter may stand on hold before the plot ends, pen lifted; default: 2min with --yes "
         "or without a terminal, else for ever.",
+        MACHINE,
         metavar="TIME",
     )
-    report: str | Path | None = option(None, FILES, "Write how faithful the motion is, as JSON.", kind=Path)
+    report: str | Path | None = option(None, "Write how faithful the motion is, as JSON.", FILES)
     reached: Callable[[int, DrawnPlace], None] | None = None
 
 
@@ -149,18 +148,18 @@ class AttendanceOptions:
 class HeightOptions:
     """Which heights of a pen are tried, and where what is found goes."""
 
-    up: float | None = option(None, OWN, "Try this upper height at once, without questions; with --down.", kind=float)
-    down: float | None = option(None, OWN, "Try this lower height: a row is drawn with both.", kind=float)
-    save: str | None = option(None, OWN, "Keep what was found as a profile of your own.", metavar="NAME")
-    again: bool = option(False, OWN, "With --save: replace a profile of that name.")
+    up: float | None = option(None, "Try this upper height at once, without questions; with --down.")
+    down: float | None = option(None, "Try this lower height: a row is drawn with both.")
+    save: str | None = option(None, "Keep what was found as a profile of your own.", metavar="NAME")
+    again: bool = option(False, "With --save: replace a profile of that name.")
 
 
 @dataclass(frozen=True)
 class ExportOptions:
     """Which plotter programs are for, None: a common one that reads such files; hooks : as in `PlotOptions`."""
 
-    device: str | None = shared(None, MACHINE, "The plotter it is for; default: a common one that reads such files.")
-    order: Order = option("writing", MACHINE, "Of words.", choices=("writing", "travel"))
+    device: str | None = shared(None, "The plotter it is for; default: a common one that reads such files.", MACHINE)
+    order: Order = option("writing", "Of words.", MACHINE, choices=("writing", "travel"))
     hooks: HookOptions = HookOptions()
 
 

@@ -39,9 +39,9 @@ from handout.pipeline.printing import BatchDelivery, make_all, rows_told
 from handout.pipeline.results import SILENT, Attendant
 from handout.pipeline.texts import STROKES
 from handout.plotting import bed
-from handout.plotting.driving.driver import PlotReport, connect
+from handout.plotting.driver import PlotReport, connect
 from handout.plotting.jobs import store
-from handout.plotting.jobs.job import JobOptions
+from handout.plotting.jobs.store import JobOptions
 from handout.plotting.planning.plan import Plan
 from handout.plotting.ports import Port
 from handout.printing.journal import BACK, ENVELOPE, Piece
@@ -83,14 +83,9 @@ def plot_rows(
     port : see `plotting.open_port`; of several plotters each makes the next row that no other has.
     batch : the options of the table, and those of its letters.
 
-    Raises
-    ------
-    TableError, InputError
-        The table or the letter cannot be read, or an option is wrong.
-    RowsRefused
-        There are letters, and some rows cannot be made: nothing was plotted.
-    DeviceError, PrintingStopped
-        The plotter cannot be reached, or failed; the message says how to go on.
+    Raises TableError, InputError: the table or the letter cannot be read, or an option is wrong.
+    Raises RowsRefused: there are letters, and some rows cannot be made: nothing was plotted.
+    Raises DeviceError, PrintingStopped: the plotter cannot be reached, or failed; the message says how to go on.
     """
     (rows, merge), plotting, paths = batch, request.plotting, [Path(name) for name in outputs]
     account = ReportFile(attendance.report)

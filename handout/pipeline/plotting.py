@@ -29,20 +29,19 @@ from handout.pipeline.programs import apply_hooks, pressed_evenly
 from handout.pipeline.results import SILENT, Attendant, Delivery, Facts, Listener, Tally, Told
 from handout.pipeline.texts import STROKES, TextDocument, style_notes
 from handout.pipeline.writing import Document, deliver, describe_asked, one_pen, open_document
-from handout.plotting import fit_to_bed, open_port, plan
+from handout.plotting import fit_to_bed, open_port, plan, plot_report
 from handout.plotting.connections import is_simulated as is_simulated
 from handout.plotting.connections import surroundings
-from handout.plotting.driving import plot_report
-from handout.plotting.driving.driver import PlotReport
-from handout.plotting.driving.overlap import OVERLAP, usual_overlap
+from handout.plotting.driver import PlotReport
 from handout.plotting.jobs import pages as kept_pages
-from handout.plotting.jobs import runner, store, stretch
-from handout.plotting.jobs.job import JobOptions, PlotJob, load
+from handout.plotting.jobs import parts, runner, store
 from handout.plotting.jobs.pages import NewPage, laid_out
+from handout.plotting.jobs.store import JobOptions, PlotJob, load
+from handout.plotting.overlap import OVERLAP, usual_overlap
+from handout.plotting.pen_heights import replace_heights
 from handout.plotting.planning.hooking import tell_hooks
 from handout.plotting.planning.plan import Plan
 from handout.plotting.ports import Port
-from handout.plotting.setup.pen_heights import replace_heights
 from handout.profiles import Plotter
 from handout.sinks import Look, check_outputs, write_drawings
 from handout.values import Drawing
@@ -180,10 +179,7 @@ def plot(
     request : what is plotted and how, or just a text.
     port : see `plotting.open_port`.
 
-    Raises
-    ------
-    InputError, DeviceError, KeyboardInterrupt
-        The message says how to go on, if anything has been begun.
+    Raises InputError, DeviceError, KeyboardInterrupt: the message says how to go on, if anything has been begun.
     """
     request = PlotRequest(Source(request)) if isinstance(request, str) else request
     account = ReportFile(attendance.report)
@@ -381,8 +377,8 @@ def _part(
 ) -> list[NewPage]:
     """The pages with the part alone that is asked for; the listener hears which that is."""
     laid = [laid_out(page.drawing, profile, options.layers, options.order) for page in pages]
-    chosen = stretch.pieces(laid, profile, options.speed, **dataclasses.asdict(part))
-    listener.say(stretch.name_stretch(chosen, laid))
+    chosen = parts.pieces(laid, profile, options.speed, **dataclasses.asdict(part))
+    listener.say(parts.name_stretch(chosen, laid))
     kept = []
     for number, piece in enumerate(chosen, 1):
         drawing = cut_out(laid[piece.sheet], piece)
@@ -393,12 +389,12 @@ def _part(
     return kept
 
 
-def cut_out(page: Drawing, piece: stretch.SheetStretch) -> Drawing:
+def cut_out(page: Drawing, piece: parts.SheetStretch) -> Drawing:
     """The strokes of a page that are drawn."""
     return dataclasses.replace(page, strokes=page.strokes[piece.first : piece.stop])
 
 
-def with_rest(page: Drawing, piece: stretch.SheetStretch, planned: Plan) -> Drawing:
+def with_rest(page: Drawing, piece: parts.SheetStretch, planned: Plan) -> Drawing:
     """A page of a preview: what is plotted, and all else pale."""
     part = with_hooks(planned)
     if (piece.first, piece.stop) == (0, len(page.strokes)):
@@ -419,10 +415,7 @@ def plot_again(
 ) -> Plotted:
     """Plot a kept job, or a part of it, once more, as a job of its own; None: the one that was drawn last.
 
-    Raises
-    ------
-    InputError, DeviceError, KeyboardInterrupt
-        As `plot`; or its drawings are not kept any more.
+    Raises InputError, DeviceError, KeyboardInterrupt: as `plot`; or its drawings are not kept any more.
     """
     account, before = ReportFile(attendance.report), store.drawn_before(name)
     address, profile = port or before.port, before.profile
@@ -471,10 +464,10 @@ def shown_pages(
 ) -> tuple[list[Drawing], list[Plan]]:
     """The pages as a preview shows them, and the plan of each."""
     laid = [laid_out(page, profile, options.layers, options.order) for page in pages]
-    chosen = [stretch.SheetStretch(number, 0, len(page.strokes)) for number, page in enumerate(laid)]
+    chosen = [parts.SheetStretch(number, 0, len(page.strokes)) for number, page in enumerate(laid)]
     if part:
-        chosen = stretch.pieces(laid, profile, options.speed, **dataclasses.asdict(part))
-        listener.say(stretch.name_stretch(chosen, laid))
+        chosen = parts.pieces(laid, profile, options.speed, **dataclasses.asdict(part))
+        listener.say(parts.name_stretch(chosen, laid))
     plans = [plan(cut_out(laid[piece.sheet], piece), profile, speed=options.speed) for piece in chosen]
     shown = [with_rest(laid[piece.sheet], piece, made) for piece, made in zip(chosen, plans, strict=True)]
     return shown, plans
@@ -496,10 +489,7 @@ def greatest_stretch(parts: Sequence[Plan] | Sequence[PlotReport]) -> float:
 class ReportFile:
     """The file with the report on how faithful the motion was, or will be; without a path none is written.
 
-    Raises
-    ------
-    InputError
-        The file could not be written; asked before any work is done.
+    Raises InputError: the file could not be written; asked before any work is done.
     """
 
     def __init__(self, path: str | Path | None) -> None:

@@ -68,10 +68,7 @@ def learn_pose(
     title : for people; None: the name of the file.
     level : take out what the place on the page does to the pose.
 
-    Raises
-    ------
-    InputError
-        A recording that cannot be read or has no pose, or a file of another name.
+    Raises InputError: a recording that cannot be read or has no pose, or a file of another name.
     """
     path = output_path(output, ".pose", "a pose library is kept as")
     learned = library.learn([read_drawing(recording) for recording in recordings], title or path.stem)
@@ -83,10 +80,7 @@ def learn_pose(
 def pose_path(name: str) -> Path:
     """The file of the pose library of a name, one that comes with the program or the user's own, or a .pose file.
 
-    Raises
-    ------
-    InputError
-        There is none; the message lists the nearest.
+    Raises InputError: there is none; the message lists the nearest.
     """
     if name.endswith(".pose"):
         return Path(name)
@@ -111,10 +105,7 @@ def pose_model(name: str) -> PoseModel:
 def with_pose(drawing: Drawing, options: PoseOptions) -> Drawing:
     """A drawing held, and where that is asked for drawn, as a pose library suggests; as it is if none is named.
 
-    Raises
-    ------
-    InputError
-        No such library or method, a trajectory without a library, or a drawing without strokes.
+    Raises InputError: no such library or method, a trajectory without a library, or a drawing without strokes.
     """
     if options.pose is None:
         if options.trajectory:
@@ -127,10 +118,7 @@ def with_pose(drawing: Drawing, options: PoseOptions) -> Drawing:
 def show_pose(name: str, output: str | Path) -> PoseSheet:
     """A picture (PNG) of a pose library: its strokes, as bold as they were pressed, once for each channel.
 
-    Raises
-    ------
-    InputError
-        No such library, or a file of another name.
+    Raises InputError: no such library, or a file of another name.
     """
     path = output_path(output, ".png", "a pose library is shown as")
     pose = library.load(pose_path(name))

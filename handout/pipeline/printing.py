@@ -101,14 +101,9 @@ def print_(
     merge : the letter, if there is one, and what goes on the envelope.
     attendant : is asked to put in other paper, where a printer has one tray for letters and envelopes.
 
-    Raises
-    ------
-    TableError, InputError
-        The table or the letter cannot be read, or an option is wrong.
-    RowsRefused
-        There are letters, and some rows cannot be made: nothing was printed.
-    PrinterError, PrintingStopped
-        There is no such printer, or it failed in the middle of the batch.
+    Raises TableError, InputError: the table or the letter cannot be read, or an option is wrong.
+    Raises RowsRefused: there are letters, and some rows cannot be made: nothing was printed.
+    Raises PrinterError, PrintingStopped: there is no such printer, or it failed in the middle of the batch.
     """
     profiles = _printers(printing, writing_options, merge)
     profile, apart = profiles[0], _find_envelope_printers(profiles[0], printing)

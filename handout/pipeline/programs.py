@@ -81,17 +81,14 @@ class Programs:
 def apply_hooks(profile: Plotter, options: HookOptions) -> Plotter:
     """The profile with the hooks that are asked for, and checked: their places lie on the bed, their heights exist.
 
-    Raises
-    ------
-    InputError, DoesNotFit
-        A hook cannot be read or done.
+    Raises InputError, DoesNotFit: a hook cannot be read or done.
     """
     import msgspec
 
     from handout import profiles
     from handout.pipeline.options import millimetres
+    from handout.plotting.pen_heights import replace_heights
     from handout.plotting.planning.hooking import check
-    from handout.plotting.setup.pen_heights import replace_heights
 
     given = {
         name: tuple(filter(None, map(str.strip, text.split(";"))))

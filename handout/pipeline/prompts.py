@@ -15,13 +15,12 @@ from handout.pipeline.inputs import output_path
 from handout.pipeline.options import PromptOptions, millimetres
 from handout.pipeline.results import Delivery
 from handout.prompting import corpus, prompt_pages, sentence_choice, sheet_codes, sheet_pdf
-from handout.prompting.coverage import coverage
+from handout.prompting.sentence_choice import measure_coverage
 from handout.prompting.sheet_layout import SheetLayout, paper_of_name
 from handout.values import Array
 
 if TYPE_CHECKING:
-    from handout.prompting.coverage import Coverage
-    from handout.prompting.sentence_choice import Frequencies
+    from handout.prompting.sentence_choice import Coverage, Frequencies
 
 # Letters copied a minute in the ninth grade, the mean of girls (121) and boys (114) rounded: Graham, Berninger,
 # Weintraub and Schafer 1998.  In seed 000, §4, authors took 10 to 30 minutes for four pages on every other line.
@@ -40,11 +39,8 @@ class PromptSheets(Delivery):
 def prompt(output: str | Path, options: PromptOptions = PromptOptions()) -> PromptSheets:
     """Make sheets to write on, so that a scan of them becomes a hand.
 
-    Raises
-    ------
-    InputError
-        No PDF is asked for, a file that cannot be read or written, a ruling or a number of pages out of bounds; a hand
-        that has enough of every letter.
+    Raises InputError: no PDF is asked for, a file that cannot be read or written, a ruling or a number of pages out of
+    bounds; a hand that has enough of every letter.
     """
     path = output_path(output, ".pdf", "sheets are written as")
     layout = SheetLayout(paper_of_name(options.page), millimetres(options.ruling, "ruling"), printed=options.ruled)
@@ -68,7 +64,7 @@ def prompt(output: str | Path, options: PromptOptions = PromptOptions()) -> Prom
     )
     atomic.write(path, sheet_pdf.to_pdf(pages, layout, _write_line))
     texts = (" ".join(page) for page in pages.pages)
-    covered = coverage(texts, target, characters)
+    covered = measure_coverage(texts, target, characters)
     letters = sum(not char.isspace() for page in pages.pages for line in page for char in line)
     told = {
         "files": [str(path)],

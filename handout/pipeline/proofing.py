@@ -73,10 +73,7 @@ def proof(
     ----------
     outputs : .html and .pdf files; the file by which the proof is approved has the name of the first, with .json.
 
-    Raises
-    ------
-    TableError, InputError
-        The table or the letter cannot be read, or an option is wrong.
+    Raises TableError, InputError: the table or the letter cannot be read, or an option is wrong.
     """
     paths = [Path(name) for name in outputs]
     record, machine = _check_options(paths, options)

@@ -85,10 +85,7 @@ class Attendant:
 
         needed : False: where nobody can be asked, the request is only said.
 
-        Raises
-        ------
-        InputError
-            Nobody can be asked, and the work cannot go on.
+        Raises InputError: nobody can be asked, and the work cannot go on.
         """
         from handout.plotting.jobs.runner import is_about_zero
 

@@ -199,10 +199,7 @@ def _load_work(work: bytes) -> RowWork:
 def open_workers(work: RowWork, jobs: int, cluster: str, say: Callable[[str], object]) -> Iterator[RowWork | Remote]:
     """Processes for the rows of a batch: this one alone for 1 job; of the Dask cluster at an address, if one is given.
 
-    Raises
-    ------
-    InputError
-        There is no such cluster, or not what talks to it.
+    Raises InputError: there is no such cluster, or not what talks to it.
     """
     if cluster:
         with ClusterWorkers(work, cluster, say) as workers:
@@ -299,10 +296,7 @@ class ClusterWorkers(Remote):
     def __init__(self, work: RowWork, address: str, say: Callable[[str], object]) -> None:
         """`say` hears of it when nobody works.
 
-        Raises
-        ------
-        InputError
-            No scheduler answers there, or what talks to it is not installed.
+        Raises InputError: no scheduler answers there, or what talks to it is not installed.
         """
         super().__init__(work)
         try:

@@ -32,10 +32,8 @@ def add_signature(name: str, scan: str | Path, dpi: float | None = None, *, agai
     ----------
     dpi : pixels an inch, where the file does not say; again : take the place of one of that name.
 
-    Raises
-    ------
-    InputError
-        No name for a file, one that is taken, or a scan that cannot be read or shows more than a signature.
+    Raises InputError: no name for a file, one that is taken, or a scan that cannot be read or shows more than a
+    signature.
     """
     if not name.replace("-", "").replace("_", "").isalnum():
         raise InputError(f"A signature cannot be called {name!r}: use letters, digits, - and _.")
@@ -59,10 +57,7 @@ def list_signatures() -> Delivery:
 def find_signature(name: str, folder: Path = Path()) -> ScannedHand:
     """A signature by its name, or by the name of a scan or a .hand file in a folder.
 
-    Raises
-    ------
-    InputError
-        No such signature, or a file that cannot be read.
+    Raises InputError: no such signature, or a file that cannot be read.
     """
     path = folder / name if Path(name).suffix else _folder() / f"{name}.hand"
     if not path.is_file():

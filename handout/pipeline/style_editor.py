@@ -28,7 +28,7 @@ from handout.pipeline import writing
 from handout.pipeline.options import PictureOptions, SheetOptions, StyleDraft, StyleValue, WritingOptions
 from handout.pipeline.results import Facts
 from handout.sinks import check_outputs, write_drawings
-from handout.sources import target_plans as target_files
+from handout.sources import plans as target_files
 from handout.tables import Angle, Time
 from handout.values import Array, Drawing, Stroke
 
@@ -104,10 +104,7 @@ _SAID = {
 def style_of(draft: StyleDraft) -> Style:
     """A draft as a style.
 
-    Raises
-    ------
-    InputError
-        A value that none can have; the message names its key.
+    Raises InputError: a value that none can have; the message names its key.
     """
     place = Path(f"{draft.name}.style" if draft.base else f"{draft.name}.toml")
     made = of_table(_tables(draft), place)
@@ -189,10 +186,7 @@ def _model(place: Path, changed: int) -> LearnedMovement | None:
 def open_style(name: str) -> Facts:
     """A style, by its name or file, with its knobs; a TOML file that is not there yet is a plain style.
 
-    Raises
-    ------
-    InputError
-        There is no such style, or it is not valid.
+    Raises InputError: there is no such style, or it is not valid.
     """
     place = path_of(name)
     begun = place.suffix == ".toml" and name.endswith(".toml") and not place.exists()
@@ -232,12 +226,9 @@ def _knob(key: str, label: str, ends: tuple[float, float] | None, style: Style) 
 def move_targets(plan: bytes, draft: StyleDraft, seed: int, samples: int = 0) -> Facts:
     """A plan of targets moved through in a style: strokes with their speeds, ellipses, and more by other chances.
 
-    Raises
-    ------
-    InputError
-        Not a plan, or not a style.
+    Raises InputError: not a plan, or not a style.
     """
-    thrown, style = target_files.from_json(plan), style_of(draft)
+    thrown, style = target_files.read_targets(plan), style_of(draft)
     drawing, followed = target_plans.draw_with_ellipses(thrown, style, np.random.default_rng(seed))
     if len(followed) and not thrown.has_ellipses:
         followed = followed * _shown_size(style, thrown) ** 2
@@ -286,10 +277,7 @@ def _stroke_facts(stroke: Stroke) -> Facts:
 def word(text: str, hand: str, draft: StyleDraft, seed: int) -> Facts:
     """A word in a drawn hand and a style.
 
-    Raises
-    ------
-    InputError
-        No such hand, a text that it cannot write, or not a style.
+    Raises InputError: no such hand, a text that it cannot write, or not a style.
     """
     style, drawing = style_of(draft), _write_word(text, hand)
     styled = restyling.restyle(drawing, style, np.random.default_rng(seed))
@@ -309,10 +297,7 @@ def _write_word(text: str, hand: str) -> Drawing:
 def targets_of_word(text: str, hand: str, draft: StyleDraft) -> Facts:
     """A plan whose targets lead a style's movement through the letters of a word: something to begin with.
 
-    Raises
-    ------
-    InputError
-        As `word`.
+    Raises InputError: as `word`.
     """
     drawing, order = _write_word(text, hand), style_of(draft).movement.order
     height, parts = targets.letter_height(drawing), list[Array]()
@@ -336,17 +321,14 @@ def targets_of_word(text: str, hand: str, draft: StyleDraft) -> Facts:
 def keep_movement(plan: bytes, draft: StyleDraft, seed: int, output: Path) -> Facts:
     """Write what is on the desk: a drawing, as `handout strokes draw` writes it, or the style (.toml or .style).
 
-    Raises
-    ------
-    InputError
-        Not a plan, not a style, or a file that cannot be written.
+    Raises InputError: not a plan, not a style, or a file that cannot be written.
     """
     style = style_of(draft)
     if output.suffix in (".toml", ".style"):
         atomic.write(output, _style_bytes(draft))
     else:
         check_outputs([output])
-        drawing = target_plans.draw_plan(target_files.from_json(plan), style, np.random.default_rng(seed))
+        drawing = target_plans.draw_plan(target_files.read_targets(plan), style, np.random.default_rng(seed))
         drawing = replace(drawing, about={**drawing.about, "seed": seed})
         write_drawings([drawing], [output], PictureOptions().look(styled=True))
     return {"files": [str(output)]}
@@ -360,10 +342,7 @@ def _style_bytes(draft: StyleDraft) -> bytes:
 def save_style(draft: StyleDraft, place: str | None = None, *, replace_: bool = False) -> Facts:
     """Keep a style, by its name among the user's own, or in the file that was opened.
 
-    Raises
-    ------
-    InputError
-        Not a style; one of that name is there, and is not to be replaced; or it cannot be written.
+    Raises InputError: not a style; one of that name is there, and is not to be replaced; or it cannot be written.
     """
     data = _style_bytes(draft)
     if place is None:

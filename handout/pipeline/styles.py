@@ -38,10 +38,7 @@ _NOISE = 0.02  # heights of a letter: motor noise at --jitter 1; set by eye
 def style_of(styling: StyleOptions) -> Style:
     """The style that is asked for, changed as asked.
 
-    Raises
-    ------
-    InputError
-        There is no such style, or a number is outside its bounds.
+    Raises InputError: there is no such style, or a number is outside its bounds.
     """
     style = find(styling.style or _USUAL_STYLE)
     if styling.smooth is not None:
@@ -121,10 +118,7 @@ def learn_style(
 
     The drawings of a file with several are examples each.
 
-    Raises
-    ------
-    InputError
-        A drawing that cannot be read, too little or too much to learn from, or a file of another name.
+    Raises InputError: a drawing that cannot be read, too little or too much to learn from, or a file of another name.
     """
     path = output_path(output, ".style", "a learned style is kept as")
     drawings = [drawing for example in examples for drawing in split_drawings(read_drawing(example))]

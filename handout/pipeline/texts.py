@@ -278,10 +278,7 @@ def set_parts(
 ) -> tuple[WritingTask, Iterator[Sheet]]:
     """Set several texts one after the other, each on a page and in a layout of its own; else as `set_pages`.
 
-    Raises
-    ------
-    DoesNotFit
-        One of them is larger than its layout; see `try_parts`.
+    Raises DoesNotFit: one of them is larger than its layout; see `try_parts`.
     """
 
     def compose(**options: Any) -> Iterator[Sheet]:
@@ -349,10 +346,7 @@ def _reread_text(
 ) -> Iterator[Sheet]:
     """The pages of a text in a scanned hand, each with the words of it that read as others.
 
-    Raises
-    ------
-    InputError
-        There are some, and the task is strict.
+    Raises InputError: there are some, and the task is strict.
     """
     from handout.pipeline.rereading import reread
 

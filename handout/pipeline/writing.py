@@ -84,10 +84,7 @@ def open_document(
 ) -> Document:
     """A source with its options.
 
-    Raises
-    ------
-    InputError
-        An option is wrong, or a hand is missing.
+    Raises InputError: an option is wrong, or a hand is missing.
     """
     if source.letter is not None:
         from handout.pipeline.letters import prepare_letter
@@ -156,11 +153,8 @@ def write(
     device : the plotter that .gcode, .hpgl and .ebb files are for; None: a common one that reads such files.
     places : whether the result tells where each word is.
 
-    Raises
-    ------
-    InputError, MissingCharacters, DoesNotFit
-        An option is wrong, the hand lacks letters, or the text is larger than its pages (of a letter file the message
-        has the line); nothing is written then.
+    Raises InputError, MissingCharacters, DoesNotFit: an option is wrong, the hand lacks letters, or the text is larger
+    than its pages (of a letter file the message has the line); nothing is written then.
     """
     paths = [Path(name) for name in outputs]
     machines = programs.Programs(device, paths)
@@ -187,10 +181,8 @@ def export(
 ) -> Delivery:
     """Write a text, a letter or a drawing as programs of plotters, for something else to send.
 
-    Raises
-    ------
-    InputError, MissingCharacters, DoesNotFit
-        An option is wrong, the hand lacks letters, or a page is larger than the plotter; nothing is written then.
+    Raises InputError, MissingCharacters, DoesNotFit: an option is wrong, the hand lacks letters, or a page is larger
+    than the plotter; nothing is written then.
     """
     programs.check_suffixes(outputs)
     paths, document = [Path(name) for name in outputs], open_document(source, writing, sheet)

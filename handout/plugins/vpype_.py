@@ -14,8 +14,9 @@ import vpype
 import vpype_cli
 
 from handout import page_sizes, pathdata
-from handout.cli import options
+from handout.cli.options import list_options
 from handout.errors import HandoutError, InputError
+from handout.pipeline.declarations import build_options, bundle
 from handout.pipeline.options import SheetOptions, WritingOptions
 from handout.values import Drawing, Page, Stroke
 
@@ -53,11 +54,8 @@ def _options_end(args: list[str], at: int, takes: dict[str, bool]) -> int:
 @click.option("-l", "--layer", type=vpype_cli.LayerType(accept_new=True), help="Target layer or 'new'.")
 @click.option("--page", "page_name", help=f"{page_sizes.HELP} Default: the page of the pipeline, or A5.")
 @click.option("--margin", help="e.g. 15mm, or 20mm,15mm, or four from the top clockwise.")
-@options.manner
 @vpype_cli.global_processor  # type: ignore[untyped-decorator]
-def command(
-    document: Any, text: str, layer: Any, page_name: str | None, margin: str | None, writing: WritingOptions
-) -> Any:
+def command(document: Any, text: str, layer: Any, page_name: str | None, margin: str | None, **options: Any) -> Any:
     """Write TEXT in handwriting.
 
     The page of the pipeline becomes that of the writing unless it has one already.
@@ -69,7 +67,7 @@ def command(
         page_name = f"{width:.3f}x{height:.3f}mm"
     try:
         sheet = SheetOptions(page_name, margin, 1, usual_page="A5")
-        (drawing,) = drawings(text, writing, sheet)
+        (drawing,) = drawings(text, build_options(WritingOptions(), options), sheet)
         into = None if layer is None else vpype_cli.single_to_layer_id(layer, document)
         add(drawing, document, into)
     except HandoutError as error:
@@ -77,6 +75,8 @@ def command(
     return document
 
 
+# all options of writing but slips
+command.params += list_options(bundle(WritingOptions(), leave_out=("slips",)))
 command.help_group = "handout"  # type: ignore[attr-defined]
 
 

@@ -50,13 +50,11 @@ def plain(sentence: str, allowed: frozenset[str]) -> str | None:
     """
     if allowed.issuperset(sentence):
         return sentence
-    written = "".join(char if char in allowed else _bare(char) for char in sentence)
+    bare = ((char, unicodedata.normalize("NFD", char.translate(_PLAIN))) for char in sentence)
+    written = "".join(
+        char if char in allowed else "".join(c for c in plain if not unicodedata.combining(c)) for char, plain in bare
+    )
     return written if allowed.issuperset(written) else None
-
-
-def _bare(char: str) -> str:
-    decomposed = unicodedata.normalize("NFD", char.translate(_PLAIN))
-    return "".join(c for c in decomposed if not unicodedata.combining(c))
 
 
 def sentences(text: str) -> list[str]:
@@ -95,10 +93,7 @@ def _split_sentences(paragraph: str) -> Iterator[str]:
 def shipped_sentences(language: str = "en") -> tuple[str, ...]:
     """The sentences in a language that come with the program, one a line of its file.
 
-    Raises
-    ------
-    InputError
-        There are none in that language.
+    Raises InputError: there are none in that language.
     """
     code = language.replace("_", "-").partition("-")[0].lower()
     known = {path.stem.partition("-")[2] or "en": path for path in sorted(_FOLDER.glob("corpus*.txt"))}
@@ -110,10 +105,7 @@ def shipped_sentences(language: str = "en") -> tuple[str, ...]:
 def read_text(path: Path) -> str:
     """A text file, as it is typed (see `as_typed`).
 
-    Raises
-    ------
-    InputError
-        It cannot be read, is longer than 20 MB, is no text, or holds no letters.
+    Raises InputError: it cannot be read, is longer than 20 MB, is no text, or holds no letters.
     """
     try:
         data = path.read_bytes()

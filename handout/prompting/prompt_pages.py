@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 
 from handout.errors import DoesNotFit, InputError
 from handout.prompting import corpus
-from handout.prompting.sentence_choice import Closing, Frequencies, Score, SentenceChooser, pangrams
+from handout.prompting.sentence_choice import Closing, Frequencies, SentenceChooser, pangrams
 
 _TRIES = 200  # sentences that are tried for the rest of a page
 _LEAST = 12  # characters of a page that are left empty rather than searched for a sentence that short
@@ -66,7 +66,6 @@ def prompt(
     pages: int = 4,
     lines: int = 23,
     width: int = 51,
-    score: Score = "gain",
     language: str = "en",
 ) -> Prompt:
     """Choose sentences for some pages of a number of lines.
@@ -82,8 +81,6 @@ def prompt(
         Each occurs at least once.
     pages, lines, width : int
         At most so many pages of so many lines of so many characters.
-    score : {"gain", "haines-2016"}
-        How sentences are weighed.
     language : str
         Of the sentences that hold the last characters.
 
@@ -109,7 +106,7 @@ def prompt(
         added = [shipped[i] for i in pangrams(shipped)]
         pool, first = pool + added, set(range(len(pool), len(pool) + len(added)))
     closing = Closing(corpus.usable(corpus.shipped_sentences(language), allowed))
-    chooser, blank = SentenceChooser(pool, target, score), [_FilledPage(lines, width) for _ in range(pages)]
+    chooser, blank = SentenceChooser(pool, target), [_FilledPage(lines, width) for _ in range(pages)]
     return _fill_pages(chooser, first, set(required), closing, blank)
 
 

@@ -2,6 +2,10 @@
 
 Letters and pairs are counted in every sentence, and weighed by how often they occur in the text that will be wanted.
 
+What a prompt gives, or a hand has, is told by place in words (`measure_coverage`, `lacks`): a word is there a run of
+letters, or of digits, for a comma or a quotation mark does not change how the letter beside it is written.  Every other
+character stands alone.
+
 `frequencies_again` says what a hand lacks: letters with few sure glyphs, and common pairs that it has not.
 
 Source: seed 000, §4.1, §6.2.1; what is written again: own method.
@@ -9,24 +13,209 @@ Source: seed 000, §4.1, §6.2.1; what is written again: own method.
 
 from __future__ import annotations
 
+import string
 from collections import Counter
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from handout.prompting.coverage import COMMONEST, LEAST
 from handout.values import Array
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
     from handout.hand.scanned import ScannedHand
+from typing import Any
 
-Score = Literal["gain", "haines-2016"]
+from handout.hand.places import PLACES, Place, graphemes, place, runs
+from handout.prompting import corpus
+
+LEAST = 8  # instances that let the choice of glyphs vary
+COMMONEST = 200  # pairs that are reported
+
+Instances = Counter[tuple[str, Place]]
+
+
+def letters_by_place(texts: Iterable[str]) -> Instances:
+    """How often each letter (a grapheme) stands in each place."""
+    instances: Instances = Counter()
+    for run in _runs(texts):
+        instances.update(zip(run, _places(len(run), 1), strict=True))
+    return instances
+
+
+def pairs_by_place(texts: Iterable[str]) -> Instances:
+    """How often each pair of letters or digits within a word stands in each place."""
+    instances: Instances = Counter()
+    for run in _runs(texts):
+        pairs_of_run = [a + b for a, b in pairwise(run)]
+        instances.update(zip(pairs_of_run, _places(len(run), 2), strict=True))
+    return instances
+
+
+def _runs(texts: Iterable[str]) -> Iterable[list[str]]:
+    for text in texts:
+        units = graphemes(text)
+        for run in runs(units):
+            yield units[run.start : run.stop]
+
+
+def _places(length: int, unit: int) -> list[Place]:
+    """The places of the units of that size in a run of that length."""
+    count = max(length - unit + 1, 0)
+    return [place(i, count) for i in range(count)]
+
+
+@dataclass(frozen=True)
+class CoverageRow:
+    """A letter or pair: its share of all in the target, and its instances by place."""
+
+    unit: str
+    share: float
+    start: int
+    middle: int
+    end: int
+    alone: int
+
+    @property
+    def total(self) -> int:
+        """Instances in all places."""
+        return self.start + self.middle + self.end + self.alone
+
+
+@dataclass(frozen=True)
+class Coverage:
+    """What a prompt gives: a row for every letter and for the commonest pairs of the target, the commonest first."""
+
+    letters: tuple[CoverageRow, ...]
+    pairs: tuple[CoverageRow, ...]
+    least: int = LEAST
+
+    @property
+    def short_letters(self) -> tuple[CoverageRow, ...]:
+        """Letters with fewer instances than `least`."""
+        return tuple(row for row in self.letters if row.total < self.least)
+
+    @property
+    def short_pairs(self) -> tuple[CoverageRow, ...]:
+        """Pairs with fewer instances than `least`."""
+        return tuple(row for row in self.pairs if row.total < self.least)
+
+    def as_json(self) -> dict[str, Any]:
+        """Plain lists and numbers, for `--json`."""
+        return {
+            "least": self.least,
+            "letters": [_plain(row) for row in self.letters],
+            "pairs": [_plain(row) for row in self.pairs],
+            "short_letters": [row.unit for row in self.short_letters],
+            "short_pairs": [row.unit for row in self.short_pairs],
+        }
+
+    def table(self) -> str:
+        """The letters and pairs as plain text; * marks what stays below the least number."""
+        head = f"{'':2}{'':8}{'share':>7}{'start':>7}{'middle':>7}{'end':>7}{'alone':>7}{'total':>7}"
+        lines = ["Letters", head, *(self._line(row) for row in self.letters)]
+        lines += ["", f"The {len(self.pairs)} commonest pairs", head, *(self._line(row) for row in self.pairs)]
+        return "\n".join(lines)
+
+    def summary(self) -> str:
+        """What stays below the least number, in two lines."""
+        named = (("letters", self.short_letters, self.letters), ("pairs", self.short_pairs, self.pairs))
+        return "\n".join(
+            f"{len(short)} of {len(every)} {name} fewer than {self.least} times"
+            + (": " + " ".join(f"{row.unit}({row.total})" for row in short) if short else ".")
+            for name, short, every in named
+        )
+
+    def short(self) -> str:
+        """How many letters and pairs stay below the least number, in a few words."""
+        letters, pairs = (
+            f"{len(self.short_letters)} of {len(self.letters)}",
+            f"{len(self.short_pairs)} of {len(self.pairs)}",
+        )
+        return f"{letters} letters and {pairs} common pairs will be there"
+
+    def _line(self, row: CoverageRow) -> str:
+        mark = "*" if row.total < self.least else " "
+        counts = "".join(f"{n:7d}" for n in (row.start, row.middle, row.end, row.alone, row.total))
+        return f"{mark} {row.unit:<8}{row.share:7.2%}{counts}"
+
+
+def _plain(row: CoverageRow) -> dict[str, Any]:
+    places: dict[str, int] = {place: getattr(row, place) for place in PLACES}
+    return {"unit": row.unit, "share": round(row.share, 6), **places, "total": row.total}
+
+
+def measure_coverage(written: Iterable[str], target: Iterable[str], characters: str = "") -> Coverage:
+    """What the texts `written` give towards the texts `target`.
+
+    Parameters
+    ----------
+    written, target : what the author copies; what will be wanted later.
+    characters : reported even if the target has none of them.
+    """
+    written, target = list(written), list(target)
+    asked_for = {char: 0 for char in characters if not char.isspace()}
+    single, double = _shares(letters_by_place(target)), _shares(pairs_by_place(target))
+    commonest = dict(sorted(double.items(), key=lambda item: (-item[1], item[0]))[:COMMONEST])
+    return Coverage(
+        _rows({**asked_for, **single}, letters_by_place(written)), _rows(commonest, pairs_by_place(written))
+    )
+
+
+def _shares(instances: Instances) -> dict[str, float]:
+    summed: Counter[str] = Counter()
+    for (unit, _), count in instances.items():
+        summed[unit] += count
+    return {unit: count / summed.total() for unit, count in summed.items()}
+
+
+def _rows(shares: Mapping[str, float], instances: Instances) -> tuple[CoverageRow, ...]:
+    ordered = sorted(shares.items(), key=lambda item: (-item[1], item[0]))
+    return tuple(CoverageRow(unit, share, *(instances[unit, place] for place in PLACES)) for unit, share in ordered)
+
+
+@dataclass(frozen=True)
+class Lack:
+    """A letter of which a text needs more in some place than there are: needed, there in that place, and in all."""
+
+    letter: str
+    place: Place
+    needed: int
+    here: int
+    anywhere: int
+
+
+def lacks(text: str, have: Mapping[tuple[str, Place], int], *, least: int = LEAST) -> tuple[Lack, ...]:
+    """What is missing to write a text: letters that have, in the place where it needs them, too few instances.
+
+    Parameters
+    ----------
+    text : what is to be written.
+    have : (letter, place) → instances; what `letters_by_place` counts in a prompt, or the glyphs of a hand.
+    least : A letter that is needed more rarely than this needs only so many instances.
+
+    Returns
+    -------
+    tuple of Lack
+        Those of which there is none at all first, then the most needed.
+    """
+    needed = letters_by_place([corpus.as_typed(text)])
+    every: Counter[str] = Counter()
+    for (letter, _), count in have.items():
+        every[letter] += count
+    short = [
+        Lack(letter, place, count, have.get((letter, place), 0), every[letter])
+        for (letter, place), count in needed.items()
+        if have.get((letter, place), 0) < min(least, count)
+    ]
+    return tuple(sorted(short, key=lambda lack: (lack.anywhere > 0, lack.here - lack.needed, lack.letter, lack.place)))
+
+
 _LETTERS = 32.0  # what a letter counts against a pair
 _DAMPED = 10  # words below which a sentence is held back
 
@@ -97,17 +286,12 @@ class SentenceChooser:
 
     Parameters
     ----------
-    sentences : sequence of str
-        To choose from.
-    target : Frequencies
-        Of the text that will be wanted.
-    score : {"gain", "haines-2016"}
-        The gain per word, or the cost as it is printed (negated), which prefers the shortest sentences.
+    sentences : to choose from.
+    target : of the text that will be wanted.
     """
 
     sentences: Sequence[str]
     target: Frequencies
-    score: Score = "gain"
     letters: CountTable = field(init=False)
     pairs: CountTable = field(init=False)
     words: Array = field(init=False)
@@ -125,10 +309,7 @@ class SentenceChooser:
 
     def scores(self) -> Array:
         """(n,) float: of every sentence, the higher the better; −∞ for those taken."""
-        if self.score == "gain":
-            scores = gain(self.letters, self.pairs, self.words, self._letters_taken, self._pairs_taken)
-        else:
-            scores = -cost_haines_2016(self.letters, self.pairs, self._letters_taken, self._pairs_taken)
+        scores = gain(self.letters, self.pairs, self.words, self._letters_taken, self._pairs_taken)
         return np.where(self.free, scores, -np.inf)
 
     def best(self) -> NDArray[np.intp]:
@@ -159,21 +340,9 @@ def gain(letters: CountTable, pairs: CountTable, words: Array, letters_taken: Ar
     return np.asarray(total / words * damping)
 
 
-def cost_haines_2016(letters: CountTable, pairs: CountTable, letters_taken: Array, pairs_taken: Array) -> Array:
-    """The cost of each sentence as it is printed, (n,) float: ``Σ (1 + F²) / Pr + ω Σ (1 + F²) / Pr``, ω = 1/32.
-
-    Here a letter that is wanted often costs little and every letter costs something, so the least total belongs to
-    the shortest sentence. For comparison only.
-
-    Source: seed 000, §4.1 (Haines, Mac Aodha, Brostow 2016).
-    """
-    single = letters.counts @ ((1 + letters_taken**2) / letters.frequency)
-    return np.asarray(single + pairs.counts @ ((1 + pairs_taken**2) / pairs.frequency) / _LETTERS)
-
-
-def pangrams(sentences: Sequence[str], alphabet: str = "abcdefghijklmnopqrstuvwxyz") -> list[int]:
+def pangrams(sentences: Sequence[str]) -> list[int]:
     """Indices of the sentences that have every letter of the alphabet, large or small."""
-    every = frozenset(alphabet)
+    every = frozenset(string.ascii_lowercase)
     return [i for i, sentence in enumerate(sentences) if every.issubset(sentence.lower())]
 
 

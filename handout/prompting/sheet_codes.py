@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.errors import DoesNotFit, InputError
-from handout.prompting.registration import Registration
+from handout.prompting.sheet_layout import Registration
 from handout.values import Array
 
 VERSION = 1  # of the format; a reader refuses any other
@@ -81,10 +81,7 @@ def pack(record: PageRecord) -> bytes:
 def unpack(data: bytes) -> PageRecord:
     """The record again.
 
-    Raises
-    ------
-    InputError
-        It is not a record of this version.
+    Raises InputError: it is not a record of this version.
     """
     try:
         whole = zlib.decompressobj().decompress(data, _MOST)
@@ -166,10 +163,7 @@ def from_base45(text: str) -> bytes | None:
 def symbols(record: PageRecord) -> list[NDArray[np.bool_]]:
     """The six codes of a page as (m, m) bool arrays, True black, all of one size, without the white around them.
 
-    Raises
-    ------
-    DoesNotFit
-        More text than codes of that size hold.
+    Raises DoesNotFit: more text than codes of that size hold.
     """
     texts = [base45(part) for part in split_data(pack(record))]
     longest = max(map(len, texts))
@@ -185,10 +179,7 @@ def symbols(record: PageRecord) -> list[NDArray[np.bool_]]:
 def symbol(data: bytes, version: int) -> NDArray[np.bool_]:
     """Some bytes as one code of that version, as `symbols` gives them.
 
-    Raises
-    ------
-    DoesNotFit
-        More than it holds.
+    Raises DoesNotFit: more than it holds.
     """
     text = base45(data)
     if len(text) > _HOLDS[version - 1]:

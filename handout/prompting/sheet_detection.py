@@ -8,9 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.errors import InputError
-from handout.prompting.registration import Registration, in_grey, register
 from handout.prompting.sheet_codes import PARTS, PageRecord, join, read_codes, unpack
-from handout.prompting.sheet_layout import SheetLayout
+from handout.prompting.sheet_layout import Registration, SheetLayout, in_grey, register
 from handout.values import Array, Page
 
 _DPI = (36.0, 2400.0)  # of a rectified page: bounds against slips
@@ -30,11 +29,6 @@ class DetectedSheet:
     layout: SheetLayout
 
     @property
-    def lines(self) -> tuple[str, ...]:
-        """The text that was to be copied, line by line."""
-        return self.record.lines
-
-    @property
     def transcript(self) -> str:
         """The same as one text."""
         return "\n".join(self.record.lines)
@@ -43,11 +37,6 @@ class DetectedSheet:
     def page(self) -> Page:
         """The paper, mm."""
         return self.layout.page
-
-    @property
-    def baselines(self) -> Array:
-        """(lines,) mm from the upper edge: the ruled lines that have text, in order."""
-        return self.layout.baselines[: len(self.record.lines)]
 
     @property
     def masks(self) -> Array:
@@ -64,11 +53,6 @@ class DetectedSheet:
         """Pixels an inch of the sheet; `rectify` at this loses and adds nothing."""
         return self.registration.dpi
 
-    @property
-    def turn(self) -> float:
-        """rad by which the sheet lies turned in the picture, clockwise."""
-        return self.registration.turn
-
 
 def find_sheet(image: NDArray[np.uint8]) -> DetectedSheet | None:
     """Find a printed sheet in a scan or photograph.
@@ -83,10 +67,7 @@ def find_sheet(image: NDArray[np.uint8]) -> DetectedSheet | None:
     Sheet or None
         None if the picture has no mark of a sheet in it.
 
-    Raises
-    ------
-    InputError
-        There are marks, but too few or misplaced; or the codes cannot be read.
+    Raises InputError: there are marks, but too few or misplaced; or the codes cannot be read.
     """
     grey = in_grey(image)
     registration = register(grey)
@@ -113,20 +94,15 @@ def rectify(
     ----------
     image : (h, w) or (h, w, 3) uint8
         The picture in which the sheet was found.
-    sheet : Sheet or Registration
-        Where it is.
-    dpi : float, optional
-        Of the result, 36–2400; by default that of the picture.
+    sheet : where it is.
+    dpi : of the result, 36–2400; by default that of the picture.
 
     Returns
     -------
     (height, width) or (height, width, 3) uint8
         Pixel (i, j) has its middle at ((j + ½), (i + ½)) · 25.4 / dpi mm; white outside the picture.
 
-    Raises
-    ------
-    InputError
-        A resolution outside its bounds.
+    Raises InputError: a resolution outside its bounds.
     """
     import cv2
 
@@ -148,14 +124,13 @@ def rectify(
     return np.asarray(warped, dtype=np.uint8)
 
 
-def printed_on(sheet: DetectedSheet, dpi: float, *, words: bool = False) -> NDArray[np.bool_]:
-    """Where the rectified page holds print: True in the marks, codes and label, and with `words` in the words' bands.
+def printed_on(sheet: DetectedSheet, dpi: float) -> NDArray[np.bool_]:
+    """Where the rectified page holds print: True in the marks, codes and label.
 
     Parameters
     ----------
     sheet : Sheet
-    dpi : float
-        That of `rectify`.
+    dpi : that of `rectify`.
 
     Returns
     -------
@@ -163,7 +138,6 @@ def printed_on(sheet: DetectedSheet, dpi: float, *, words: bool = False) -> NDAr
     """
     pixel = 25.4 / dpi
     mask = np.zeros((round(sheet.page.height / pixel), round(sheet.page.width / pixel)), dtype=bool)
-    boxes = np.vstack([sheet.masks, sheet.bands]) if words else sheet.masks
-    for left, top, right, bottom in np.rint(boxes / pixel).astype(int).tolist():
+    for left, top, right, bottom in np.rint(sheet.masks / pixel).astype(int).tolist():
         mask[max(top, 0) : bottom, max(left, 0) : right] = True
     return mask

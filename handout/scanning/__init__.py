@@ -3,7 +3,7 @@
 `written_page.read_page` does all of it; every step is a function of its own, here in their order:
 
 - `scan`: the nouns `Picture` (what a file holds) and `Scan` (a picture of known resolution)
-- `picture_files`: reads them from files; `pdf_pages` and `tiff_pages`: formats that need more than Pillow
+- `picture_files`: reads them from files; `pdf_pages`: a format that needs more than Pillow
 - `checks`: everything that can refuse a scan; add a check here.  `page_layout`: two checks of the whole picture
 - `paper`: light, stains and borders; `inks`: the colours of paper, inks and printed ruling
 - `density`: how much ink lies on every pixel
@@ -11,8 +11,8 @@
 - `skeleton`, `line_graph`: the line that the pen left, with its width
 - `matting`: the ink without its paper
 - `baselines`, `text_lines`: where the lines of writing run, and which ink is whose
-- `written_page`: the pipeline, and what it gives
-- `printed_lines`: apart from the pipeline: the ruled lines of a sheet that is to be written on
+- `written_page`: the pipeline, and what it gives; ink that is not the page's
+- `printed_lines`: apart from the pipeline: what is printed on a sheet that is to be written on
 
 Source: seed 000, §5.1, §7.3 and Appendices A–C.
 """

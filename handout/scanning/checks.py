@@ -9,7 +9,7 @@ step of the pipeline can call its own:
 - of the text lines: `check_writing_size`; of what is too pale for ink: `check_pale_marks`, which only tells of it
 
 Two checks look at the whole picture and stand by themselves, in `page_layout`: a sheet photographed at an angle and two
-columns side by side.  Checks that need the transcript are in `tagging`: `orientation` and `page_sources`.
+columns side by side.  Checks that need the transcript are in `tagging.page_sources`.
 """
 
 from __future__ import annotations
@@ -73,10 +73,7 @@ def page_index(count: int, page: int | None, path: Path) -> int:
 def square_resolution(dpi: Any, path: Path) -> float | None:
     """Pixels per inch, the same across and down.
 
-    Raises
-    ------
-    InputError
-        They are not.
+    Raises InputError: they are not.
     """
     if not dpi or not all(float(side) > 0 for side in dpi):
         return None
@@ -161,10 +158,7 @@ def refuse_false_resolution(stroke: float, scan: Scan) -> None:
 def check_writing_size(text: TextLines, scan: Scan) -> tuple[str, ...]:
     """Notes on the writing, such as that there is none.
 
-    Raises
-    ------
-    InputError
-        Writing of that size is not handwriting: the resolution is wrong.
+    Raises InputError: writing of that size is not handwriting: the resolution is wrong.
     """
     if not text.lines:
         return (f"{scan.source}: no line of writing was found.",)

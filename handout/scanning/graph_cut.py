@@ -52,11 +52,7 @@ def pairwise(first: NDArray[np.uint8], second: NDArray[np.uint8], weights: Weigh
 
 
 def least_cut(
-    rgb: NDArray[np.uint8],
-    density: NDArray[np.float32],
-    domain: NDArray[np.bool_],
-    weights: Weights,
-    paint: NDArray[np.int8] | None = None,
+    rgb: NDArray[np.uint8], density: NDArray[np.float32], domain: NDArray[np.bool_], weights: Weights
 ) -> NDArray[np.bool_]:
     """Ink mask (h, w) of least cost; outside `domain` all is paper.
 
@@ -66,9 +62,8 @@ def least_cut(
     density : (h, w) float32
     domain : (h, w) bool: where ink is looked for.
     weights : Weights
-    paint : (h, w) int8, optional: 1 where the user says ink (only within the domain), −1 paper, 0 nothing.
     """
-    return _cut_graph(rgb, lambda pixels: unary(density.ravel()[pixels], weights), domain, weights, paint)
+    return _cut_graph(rgb, lambda pixels: unary(density.ravel()[pixels], weights), domain, weights, None)
 
 
 def field_cut(
@@ -78,7 +73,10 @@ def field_cut(
     weights: Weights,
     paint: NDArray[np.int8],
 ) -> NDArray[np.bool_]:
-    """The same where each pixel has a cost (h, w) of its own of being ink rather than paper, at most `weights.ink`."""
+    """The same where each pixel has a cost (h, w) of its own of being ink rather than paper, at most `weights.ink`.
+
+    paint : (h, w) int8: 1 where the user says ink (only within the domain), −1 paper, 0 nothing.
+    """
     return _cut_graph(rgb, lambda pixels: cost.ravel()[pixels], domain, weights, paint)
 
 

@@ -93,10 +93,7 @@ class PageInks:
 def find_inks(scan: Scan) -> PageInks:
     """The colours of a page whose light has been evened out.
 
-    Raises
-    ------
-    InputError
-        Nothing but paper.
+    Raises InputError: nothing but paper.
 
     Source: seed 000, §5.1.1; the colour of ink is that of the middle of strokes, not the second mode.
     """
@@ -231,8 +228,7 @@ def find_ruling(scan: Scan, colour: NDArray[np.float32], contrast: float) -> NDA
 
     Parameters
     ----------
-    scan : Scan
-        Evened out.
+    scan : evened out.
     colour : (3,) float, the paper's.
     contrast : the distance of ink from paper in colour, 0–√3.
     """

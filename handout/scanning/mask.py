@@ -1,4 +1,4 @@
-"""Which pixels are ink: the exact minimum of a random field, or, quicker and as good on clean pages, hysteresis.
+"""Which pixels are ink: the exact minimum of a random field.  Quicker, and as good on clean pages, is hysteresis.
 
 The edge of the ink of rough pencils and wide pens is then smoothed along the line; that of thin pens is not.
 
@@ -27,7 +27,6 @@ PENS = {
     "ballpoint": Weights(4, 16, 24, 32),
     "fountain": Weights(4, 16, 24, 32),
 }
-METHODS = ("cut", "hysteresis")
 _AROUND = 3  # pixels around possible ink that the cut decides too
 _GRAINY, _PALE = 0.12, 0.45
 _DUST = 0.05  # mm², the least that is taken for a full stop
@@ -61,56 +60,30 @@ class Mask:
     __repr__ = one_line
 
 
-def find_mask(
-    scan: Scan,
-    inks: PageInks,
-    density: Density,
-    pen: str | None = None,
-    method: str = "cut",
-    paint: NDArray[np.int8] | None = None,
-    soften: int = 0,
-) -> Mask:
+def find_mask(scan: Scan, inks: PageInks, density: Density, pen: str | None = None) -> Mask:
     """Ink mask of a page whose light has been evened out.
 
-    Parameters
-    ----------
-    scan, inks, density : Scan, Inks, Density
     pen : one of `PENS`, optional; otherwise told from the ink.
-    method : "cut" or "hysteresis".
-    paint : (h, w) int8, optional: 1 where the user painted ink, −1 paper, 0 nothing.
-    soften : radius in pixels of a median on the density before the cut; for very grainy pages at 600 dpi.
 
-    Raises
-    ------
-    InputError
-        An unknown pen; strokes too thin for the resolution; nothing but specks.
+    Raises InputError: an unknown pen; strokes too thin for the resolution; nothing but specks.
     """
-    import cv2
-
     if pen is not None and pen not in PENS:
         raise InputError(f"--pen {pen}: not known; choose one of {', '.join(PENS)}.")
-    if method not in METHODS:
-        raise ValueError(f"method {method!r} is not one of {METHODS}")
     pen = pen or guess_pen(inks)
-    values = density.values
-    if soften > 0:
-        levels = np.rint(values * 127).astype(np.uint8)
-        values = np.asarray(cv2.medianBlur(levels, 2 * soften + 1), dtype=np.float32) / np.float32(127)
-    ink = hysteresis(values, density)
-    if method == "cut":
-        weights = PENS[pen]
-        inky = values > 0
-        if paint is not None:
-            inky |= paint > 0
-        kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * _AROUND + 1, 2 * _AROUND + 1))
-        domain = np.asarray(cv2.dilate(inky.astype(np.uint8), kernel).astype(bool))
-        ink = least_cut(scan.rgb, values, domain, weights, paint)
-    elif paint is not None:
-        ink = (ink | (paint > 0)) & ~(paint < 0)
+    ink = cut_ink(scan, density, PENS[pen])
     stroke = stroke_width(ink)
-    ink = without_specks(ink, density, stroke, scan.dpi, paint)
+    ink = without_specks(ink, density, stroke, scan.dpi)
     refuse_bad_strokes(bool(ink.any()), stroke, scan.source)
     return Mask(smooth(ink) if stroke >= LEAST_WIDTH else ink, pen, stroke)
+
+
+def cut_ink(scan: Scan, density: Density, weights: Weights) -> NDArray[np.bool_]:
+    """(h, w) bool: the ink of least cost, looked for where there may be any and a little around."""
+    import cv2
+
+    kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * _AROUND + 1, 2 * _AROUND + 1))
+    domain = np.asarray(cv2.dilate((density.values > 0).astype(np.uint8), kernel).astype(bool))
+    return least_cut(scan.rgb, density.values, domain, weights)
 
 
 def guess_pen(inks: PageInks) -> str:
@@ -145,14 +118,10 @@ def stroke_width(ink: NDArray[np.bool_]) -> float:
     return float(2 * np.mean(middle[(middle >= low) & (middle <= high)]) - 1)
 
 
-def without_specks(
-    ink: NDArray[np.bool_], density: Density, stroke: float, dpi: float, paint: NDArray[np.int8] | None = None
-) -> NDArray[np.bool_]:
+def without_specks(ink: NDArray[np.bool_], density: Density, stroke: float, dpi: float) -> NDArray[np.bool_]:
     """The mask without dust: pieces with no sure ink, smaller than a full stop, or straight across half the page.
 
     A sheet that lies a little askew shows its edge round a corner of the picture: such a piece goes, too.
-
-    Painted ink stays.
     """
     import cv2
 
@@ -168,8 +137,6 @@ def without_specks(
         rim = max(1, round(_RIM / 25.4 * dpi))
         within = np.bincount(labels[rim:-rim, rim:-rim].ravel(), minlength=count)
         keep &= ~(long & (within < 0.1 * stats[:, cv2.CC_STAT_AREA]))
-    if paint is not None:
-        keep[labels[paint > 0]] = True
     keep[0] = False
     return np.asarray(keep[labels])
 

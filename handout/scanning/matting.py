@@ -18,7 +18,6 @@ from handout.scanning.inks import PageInks
 from handout.scanning.mask import Mask
 from handout.scanning.scan import Scan
 from handout.summary import one_line
-from handout.values import Array
 
 _GROW = 0.34  # mm: 4 pixels at 300 dpi, 8 at 600
 _EDGE = 0.085  # mm: 1 pixel at 300 dpi, twice the deviation of a flatbed's blur
@@ -39,12 +38,6 @@ class Matte:
     paper: NDArray[np.uint8]
 
     __repr__ = one_line
-
-    def lay_over(self, colour: Array) -> NDArray[np.uint8]:
-        """(h, w, 3) uint8: the ink on paper of a colour (3,) or (h, w, 3), 0–255."""
-        alpha = self.rgba[:, :, 3:].astype(np.float32) / 255
-        mixed = self.rgba[:, :, :3] * alpha + np.asarray(colour, dtype=np.float32) * (1 - alpha)
-        return np.asarray(np.rint(mixed), dtype=np.uint8)
 
 
 def find_matte(scan: Scan, mask: Mask, inks: PageInks, *, pale: bool = False) -> Matte:

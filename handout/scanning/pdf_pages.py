@@ -23,11 +23,8 @@ _COVERED = 0.25  # of the page: pictures that cover less of it are no scan of on
 def page_of_pdf(path: Path, page: int | None) -> tuple[NDArray[np.uint8], float, int]:
     """Pixels (h, w, 3) uint8 of a page, its resolution in dpi, and how many pages there are.
 
-    Raises
-    ------
-    InputError
-        The library is missing; no such page; not a PDF, damaged, or locked by a password; a page without a picture;
-        too large.
+    Raises InputError: the library is missing; no such page; not a PDF, damaged, or locked by a password; a page without
+    a picture; too large.
     """
     with _open_pdf(path) as document:
         count = len(document)
@@ -47,10 +44,7 @@ def page_of_pdf(path: Path, page: int | None) -> tuple[NDArray[np.uint8], float,
 def count_of_pdf(path: Path) -> int:
     """How many pages there are.
 
-    Raises
-    ------
-    InputError
-        The library is missing; not a PDF, damaged, locked, or without a page.
+    Raises InputError: the library is missing; not a PDF, damaged, locked, or without a page.
     """
     with _open_pdf(path) as document:
         return len(document)
@@ -61,26 +55,10 @@ def drawn_page(path: Path, page: int | None, dpi: float, content: bytes | None =
 
     content : of the file, where it is not on the disk.
 
-    Raises
-    ------
-    InputError
-        As `page_of_pdf`, but for a page without a picture.
+    Raises InputError: as `page_of_pdf`, but for a page without a picture.
     """
     with _open_pdf(path, content) as document:
         return _render_page(document[page_index(len(document), page, path)], path, dpi)
-
-
-def size_of_pdf(path: Path, page: int = 1) -> tuple[float, float]:
-    """Width and height of a page as it is shown, mm.
-
-    Raises
-    ------
-    InputError
-        As `page_of_pdf`.
-    """
-    with _open_pdf(path) as document:
-        width, height = document[page_index(len(document), page, path)].get_size()
-    return width * 25.4 / 72, height * 25.4 / 72
 
 
 def _render_page(sheet: Any, path: Path, dpi: float) -> NDArray[np.uint8]:

@@ -1,6 +1,6 @@
 """Pictures and scans from files: PNG, JPEG, TIFF and whatever else Pillow reads, or a page of a PDF.
 
-A new format gets a module of its own beside `pdf_pages` and `tiff_pages`, and a line in `read_picture` and
+A new format gets a module of its own beside `pdf_pages`, and a line in `read_picture` and
 `count_pages`.
 
 The size is read from the head of the file and refused there, before anything is decoded.  Colours stay the scanner's
@@ -32,6 +32,7 @@ from handout.scanning.scan import FilePicture, Scan
 
 if TYPE_CHECKING:
     from PIL.Image import Image as Image_
+from handout import tiff
 
 ENOUGH_DPI, _FINE = 600.0, 700.0  # a pen's line shows nothing finer than the first; scans above the second are reduced
 _ROWS = 1024  # of a picture with transparent parts that are laid on white at a time: memory
@@ -56,14 +57,10 @@ def read_picture(path: Path, page: int | None = None) -> FilePicture:
     Parameters
     ----------
     path : Path
-    page : int, optional
-        Which page of a file that holds several, from 1.
+    page : which page of a file that holds several, from 1.
 
-    Raises
-    ------
-    InputError
-        Unreadable, empty, above 200 megapixels, several pages and none chosen, a PDF without a picture or locked, a
-        colour space that cannot be read well, or pixels that are not square.
+    Raises InputError: unreadable, empty, above 200 megapixels, several pages and none chosen, a PDF without a picture
+    or locked, a colour space that cannot be read well, or pixels that are not square.
     """
     path = Path(path)
     if is_pdf(path):
@@ -77,10 +74,7 @@ def read_picture(path: Path, page: int | None = None) -> FilePicture:
 def count_pages(path: Path) -> int:
     """How many pages a file holds, as its head says; 1 for a file that cannot be read.
 
-    Raises
-    ------
-    InputError
-        As `read_picture`, of a PDF.
+    Raises InputError: as `read_picture`, of a PDF.
     """
     if is_pdf(path):
         from handout.scanning.pdf_pages import count_of_pdf
@@ -88,14 +82,12 @@ def count_pages(path: Path) -> int:
         return count_of_pdf(path)
     from PIL import Image
 
-    from handout.scanning import tiff_pages
-
     Image.MAX_IMAGE_PIXELS = None
     try:
         with _quietly(), Image.open(path) as image:
             return int(getattr(image, "n_frames", 1)) if image.format == "TIFF" else 1
     except _DAMAGED:
-        return tiff_pages.count_of_tiff(path) if tiff_pages.is_tiff(path) else 1
+        return count_of_tiff(path) if is_tiff(path) else 1
 
 
 @contextmanager
@@ -118,8 +110,6 @@ def _read_image(path: Path, page: int | None) -> FilePicture:
     """The picture in a file that is no PDF."""
     from PIL import Image, ImageOps
 
-    from handout.scanning import tiff_pages
-
     # the check below is exact and says what to do; Pillow's own would warn on ordinary scans
     Image.MAX_IMAGE_PIXELS = None
     try:
@@ -140,14 +130,12 @@ def _read_image(path: Path, page: int | None) -> FilePicture:
             rgb = _as_rgb(image, path)
             return FilePicture(rgb, square_resolution(dpi, path), source_of(path, page, frames), photographed)
     except _DAMAGED as error:
-        if tiff_pages.is_tiff(path):
+        if is_tiff(path):
             return _by_tifffile(path, page)
         raise InputError(f"Cannot read {path}: {_reason(error, path)}.") from error
 
 
 def _by_tifffile(path: Path, page: int | None) -> FilePicture:
-    from handout.scanning.tiff_pages import page_of_tiff
-
     rgb, dpi, count = page_of_tiff(path, page)
     return FilePicture(rgb, square_resolution(dpi, path), source_of(path, page, count))
 
@@ -226,17 +214,11 @@ def read_scan(path: Path, dpi: float | None = None, page: int | None = None) -> 
 
     Parameters
     ----------
-    path : Path
-        PNG, JPEG, TIFF or any other image that Pillow reads, or a PDF.
-    dpi : float, optional
-        Pixels per inch; without it the file's own resolution, if it has a plausible one.
-    page : int, optional
-        Which page of a file that holds several, from 1.
+    path : PNG, JPEG, TIFF or any other image that Pillow reads, or a PDF.
+    dpi : pixels per inch; without it the file's own resolution, if it has a plausible one.
+    page : which page of a file that holds several, from 1.
 
-    Raises
-    ------
-    InputError
-        As `read_picture` and `scan_of`.
+    Raises InputError: as `read_picture` and `scan_of`.
     """
     check_dpi(dpi)
     return scan_of(read_picture(Path(path), page), dpi)
@@ -248,13 +230,10 @@ def scan_of(picture: FilePicture, dpi: float | None = None) -> Scan:
     Parameters
     ----------
     picture : Picture
-    dpi : float, optional
-        Pixels per inch; without it the file's own, if it has a plausible one.
+    dpi : pixels per inch; without it the file's own, if it has a plausible one.
 
-    Raises
-    ------
-    InputError
-        A resolution that is missing or not plausible, or that makes the page larger than two sheets of A3.
+    Raises InputError: a resolution that is missing or not plausible, or that makes the page larger than two sheets of
+    A3.
     """
     check_dpi(dpi)
     given_by_user = dpi is not None
@@ -270,3 +249,76 @@ def scan_of(picture: FilePicture, dpi: float | None = None) -> Scan:
     size = (round(scan.shape[1] * ENOUGH_DPI / scan.dpi), round(scan.shape[0] * ENOUGH_DPI / scan.dpi))
     rgb = np.asarray(cv2.resize(scan.rgb, size, interpolation=cv2.INTER_AREA), dtype=np.uint8)
     return Scan(rgb, ENOUGH_DPI, scan.source, scan.told)
+
+
+def is_tiff(path: Path) -> bool:
+    """Whether a file calls itself a TIFF and is not empty."""
+    return path.suffix.lower() in (".tif", ".tiff") and path.is_file() and path.stat().st_size > 0
+
+
+def count_of_tiff(path: Path) -> int:
+    """How many pages a TIFF holds; 1 for one that cannot be read."""
+    try:
+        with tiff.open_tiff(path) as file:
+            return max(1, len(file.pages))
+    except Exception:  # what a damaged file raises there is not one kind
+        return 1
+
+
+def page_of_tiff(path: Path, page: int | None) -> tuple[NDArray[np.uint8], tuple[float, float] | None, int]:
+    """One page of a TIFF: its pixels (h, w, 3), dpi across and down if the file says them, and how many pages it holds.
+
+    Raises InputError: damaged, too large, no such page, or colours that cannot be read well.
+    """
+    import tifffile
+
+    try:
+        with tiff.open_tiff(path) as file:
+            pages = file.pages
+            page_file = pages[page_index(len(pages), page, path)]
+            assert isinstance(page_file, tifffile.TiffPage)
+            refuse_large(page_file.imagewidth, page_file.imagelength, path)
+            values = page_file.asarray()
+            photometric, planes = tifffile.PHOTOMETRIC(page_file.photometric).name, page_file.planarconfig
+            dpi = tiff.resolution(page_file)
+            orientation = page_file.tags.get(274)
+            count = len(pages)
+    except InputError:
+        raise
+    except Exception as error:  # what a damaged file raises there is not one kind
+        raise InputError(
+            f"Cannot read {path}: it is damaged or cut off, or packed in a way that cannot be read; scan it as PNG."
+        ) from error
+    if values.ndim == 3 and planes == 2:
+        values = np.moveaxis(values, 0, -1)
+    rgb = _turn_upright(_tiff_as_rgb(values, photometric, path), int(orientation.value) if orientation else 1)
+    return rgb, dpi, count
+
+
+def _turn_upright(rgb: NDArray[np.uint8], orientation: int) -> NDArray[np.uint8]:
+    """The picture (h, w, 3) turned as the orientation of the TIFF, 1–8, asks for."""
+    if orientation in (5, 6, 7, 8):
+        rgb = rgb.transpose(1, 0, 2)
+    if orientation in (3, 4, 7, 8):
+        rgb = rgb[::-1]
+    if orientation in (2, 3, 6, 7):
+        rgb = rgb[:, ::-1]
+    return np.ascontiguousarray(rgb)
+
+
+def _tiff_as_rgb(values: NDArray[Any], photometric: str, path: Path) -> NDArray[np.uint8]:
+    if photometric not in ("RGB", "MINISBLACK", "MINISWHITE") or values.ndim not in (2, 3):
+        raise InputError(f"{path} is a TIFF of kind {photometric}: save it as RGB or grey.")
+    if values.ndim == 2:
+        values = values[:, :, None]
+    full = np.iinfo(values.dtype).max if np.issubdtype(values.dtype, np.integer) else 1
+    if full > 65535:
+        raise InputError(f"{path} holds numbers of more than 16 bits: save it as an ordinary image of 8 or 16 bits.")
+    colours = 3 if values.shape[2] >= 3 else 1
+    rgb = np.empty((*values.shape[:2], 3), dtype=np.uint8)
+    for k in range(3):  # a plane at a time: memory
+        plane = values[:, :, min(k, colours - 1)]
+        rgb[:, :, k] = (
+            (plane >> 8) if full == 65535 else (plane if full == 255 else np.rint(np.clip(plane, 0, 1) * 255))
+        )
+    return 255 - rgb if photometric == "MINISWHITE" else rgb

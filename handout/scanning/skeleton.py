@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from handout.branching import branches
+from handout.branching import branches, number_pieces
 from handout.values import Array, Indices
 
 _ROUNDS = 3  # taking off a spur can expose another
@@ -36,24 +36,14 @@ def fill_holes(ink: NDArray[np.bool_], dpi: float) -> NDArray[np.bool_]:
     return np.asarray(ink | small[labels])
 
 
-def skeleton_graph(ink: NDArray[np.bool_], inside: NDArray[np.float32]) -> tuple[Array, Indices]:
-    """Middle line of a mask without spurs.
-
-    Parameters
-    ----------
-    ink : (h, w) bool
-    inside : (h, w) float32: distance from the edge of the ink, for the length of spurs.
+def skeleton(ink: NDArray[np.bool_]) -> tuple[Array, Indices]:
+    """Middle line of a mask (h, w) as it comes, with spurs.
 
     Returns
     -------
     xy : (n, 2) float, pixels, x to the right.
     edges : (m, 2) int, pairs of vertices, each once.
     """
-    return without_spurs(*skeleton(ink), inside)
-
-
-def skeleton(ink: NDArray[np.bool_]) -> tuple[Array, Indices]:
-    """Middle line of a mask (h, w) as it comes, with spurs: places (n, 2) and pairs of them, as `skeleton_graph`."""
     from skimage.morphology import skeletonize
 
     y, x = np.nonzero(skeletonize(ink))  # type: ignore[no-untyped-call]
@@ -62,7 +52,10 @@ def skeleton(ink: NDArray[np.bool_]) -> tuple[Array, Indices]:
 
 
 def without_spurs(xy: Array, edges: Indices, inside: NDArray[np.float32]) -> tuple[Array, Indices]:
-    """The graph without branches that end free and are no longer than the line is wide."""
+    """The graph without branches that end free and are no longer than the line is wide.
+
+    inside : (h, w) float32: distance from the edge of the ink, for the length of spurs.
+    """
     for _ in range(_ROUNDS):
         spurs = _spurs(xy, edges, inside)
         if not spurs.any():
@@ -93,17 +86,10 @@ def _neighbours(y: Indices, x: Indices, shape: tuple[int, int]) -> Indices:
 
 def _merge_junctions(xy: Array, edges: Indices) -> tuple[Array, Indices]:
     """The graph with each cluster of touching pixels that have three or more neighbours merged to one vertex."""
-    from scipy.sparse import coo_matrix
-    from scipy.sparse.csgraph import connected_components
-
-    count = len(xy)
-    degree = np.bincount(edges.ravel(), minlength=count)
-    within = edges[(degree[edges] >= 3).all(axis=1)]
-    joined = coo_matrix((np.ones(len(within), dtype=np.int8), tuple(within.T)), shape=(count, count))
-    total, group = connected_components(joined, directed=False)
-    size = np.bincount(group, minlength=total)
-    centre = np.stack([np.bincount(group, xy[:, k], minlength=total) / size for k in (0, 1)], axis=1)
-    return centre, unique_edges(group[edges].astype(np.intp))
+    degree = np.bincount(edges.ravel(), minlength=len(xy))
+    group = number_pieces(edges[(degree[edges] >= 3).all(axis=1)], len(xy))
+    centre = np.stack([np.bincount(group, xy[:, k]) / np.bincount(group) for k in (0, 1)], axis=1)
+    return centre, unique_edges(group[edges])
 
 
 def unique_edges(edges: Indices) -> Indices:

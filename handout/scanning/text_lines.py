@@ -59,11 +59,6 @@ class TextLines:
         off = [np.abs(line.baseline(xy[:, 0]) - 0.5 * self.x_height - xy[:, 1]) for line in self.lines]
         return np.asarray(np.argmin(np.stack(off), axis=0))
 
-    def line_space(self, xy: Array, line: int) -> Array:
-        """(n, 2) float: places in line space: x along the line, y up from its baseline, one `pitch` long each."""
-        rule = self.lines[line]
-        return np.stack([xy[:, 0] - rule.left, rule.baseline(xy[:, 0]) - xy[:, 1]], axis=1) / self.pitch
-
 
 def find_text_lines(mask: NDArray[np.bool_], dpi: float, count: int | None = None) -> TextLines:
     """The lines on a page.

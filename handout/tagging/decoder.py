@@ -73,7 +73,6 @@ class ColumnReading:
     gap: Array
     border: Array
     lines: tuple[int, ...] = (0,)
-    terms: Terms = TERMS
 
     @property
     def columns(self) -> int:
@@ -110,21 +109,19 @@ class Held:
     gain: float = np.inf
 
 
-def read_line(
-    image: Image, log_posterior: NDArray[np.float32], log_prior: NDArray[np.float32], terms: Terms = TERMS
-) -> ColumnReading:
+def read_line(image: Image, log_posterior: NDArray[np.float32], log_prior: NDArray[np.float32]) -> ColumnReading:
     """The reading of one line from its image and the networks' probabilities of every described column."""
-    log_states = terms.temper * (log_posterior.astype(np.float64) - terms.prior * log_prior)
+    log_states = TERMS.temper * (log_posterior.astype(np.float64) - TERMS.prior * log_prior)
     ink = image > INKY
     ink_in_body = _heights(ink[ABOVE - _BODY_UP : ABOVE + _BODY_DOWN])
     tall = ink.sum(axis=0)
     pen = 0.8 * max(float(np.median(tall[tall > 0])), 2.0) if tall.any() else 2.0
-    border = np.where(ink_in_body == 0, terms.clear, -terms.cut * np.clip(ink_in_body / pen - 0.5, 0, 3))
+    border = np.where(ink_in_body == 0, TERMS.clear, -TERMS.cut * np.clip(ink_in_body / pen - 0.5, 0, 3))
     ink_near = _heights(ink[ABOVE - _BODY_UP : ABOVE + _LOW])
     ink_far = _heights(ink[: ABOVE - _BODY_UP]) + _heights(ink[ABOVE + _LOW :])
-    as_space = log_states[:, state(SPACE)] - terms.smudge * np.minimum(ink_near + 0.3 * ink_far, 2.5)
+    as_space = log_states[:, state(SPACE)] - TERMS.smudge * np.minimum(ink_near + 0.3 * ink_far, 2.5)
     space = _sum_columns(as_space)
-    return ColumnReading(_sum_columns(log_states), space, space, np.append(border, terms.clear), terms=terms)
+    return ColumnReading(_sum_columns(log_states), space, space, np.append(border, TERMS.clear))
 
 
 def _heights(rows: NDArray[np.bool_]) -> Array:
@@ -139,13 +136,12 @@ def _sum_columns(each: Array) -> Array:
 
 def in_a_row(readings: Sequence[ColumnReading]) -> ColumnReading:
     """Several lines as one: between two of them lie columns that only a gap may cross."""
-    terms = readings[0].terms
     letters, space, gap, border, lines = [], [], [], [], [0]
     for number, reading in enumerate(readings):
         if number:
             letters.append(np.full((BAR, reading.letters.shape[1]), _BARRED))
             space.append(np.zeros(BAR))
-            gap.append(np.full(BAR, -terms.broken / BAR))
+            gap.append(np.full(BAR, -TERMS.broken / BAR))
             border.append(np.zeros(BAR - 1))
             lines.append(lines[-1] + readings[number - 1].columns + BAR)
         letters.append(np.diff(reading.letters, axis=0))
@@ -153,7 +149,7 @@ def in_a_row(readings: Sequence[ColumnReading]) -> ColumnReading:
         gap.append(np.diff(reading.gap))
         border.append(reading.border)
     sums = [_sum_columns(np.concatenate(parts)) for parts in (letters, space, gap)]
-    return ColumnReading(sums[0], sums[1], sums[2], np.concatenate(border), tuple(lines), terms)
+    return ColumnReading(sums[0], sums[1], sums[2], np.concatenate(border), tuple(lines))
 
 
 def decode(
@@ -176,8 +172,15 @@ def decode(
     number = -1
     for row, (kind, letter) in enumerate(steps):
         number += kind not in ("edge", "gap")
-        hold = held.get(number) if kind == "letter" else None
-        best, starts[row] = _STEPS[kind](reading, best, letter, widths, hold)
+        if kind == "letter":
+            best, starts[row] = _letter(reading, best, letter, widths[letter] / STEP, held.get(number))
+        elif kind == "gap":
+            best, starts[row] = _gap(reading, best)
+        elif kind == "space":
+            best, starts[row] = _space(reading, best)
+        else:
+            score, least = (reading.space, 0) if kind == "edge" else (reading.letters[:, state(JUNK)], 4)
+            best, starts[row] = _blank(score, best, least)
         if kind != "gap" and row < len(steps) - 1:
             best = best + reading.border
     left, right = _trace_borders(starts, [kind for kind, _ in steps], reading.columns)
@@ -194,11 +197,8 @@ def _steps(letters: Sequence[str]) -> list[tuple[str, str]]:
     return [*steps, ("edge", "")]
 
 
-def _letter(
-    reading: ColumnReading, before: Array, letter: str, widths: Mapping[str, float], hold: Held | None = None
-) -> Step:
-    """Best score with the letter ending at every border, and where it begins then."""
-    terms, usual = reading.terms, widths[letter] / STEP
+def _letter(reading: ColumnReading, before: Array, letter: str, usual: float, hold: Held | None) -> Step:
+    """Best score with the letter, usually so many columns wide, ending at every border, and where it begins then."""
     most = min(int(2.6 * usual) + 6, reading.columns)
     if hold is not None:
         most = min(max(most, int((hold.right - hold.left + 2 * hold.reach) / STEP) + 1), reading.columns)
@@ -206,7 +206,7 @@ def _letter(
     first, second = np.rint(long / THIRDS).astype(int), np.rint(2 * long / THIRDS).astype(int)
     thirds = reading.letters[:, state(letter, 0) : state(letter, 0) + THIRDS]
     a, b, c = thirds.T
-    prior = -0.5 * (np.log(long / usual) / terms.sigma) ** 2
+    prior = -0.5 * (np.log(long / usual) / TERMS.sigma) ** 2
     total = _delay_rows(before - a, long) + prior[:, None]
     total += _delay_rows(a - b, long - first)
     total += _delay_rows(b - c, long - second)
@@ -218,7 +218,7 @@ def _letter(
         total = np.where(there, total, NEVER) if np.isinf(hold.gain) else total + hold.gain * there
     winner = total.argmax(axis=0)
     best, start = total[winner, ends] + c, ends - long[winner]
-    lost = before - (terms.silent if not letter.isalnum() else terms.missing)
+    lost = before - (TERMS.silent if not letter.isalnum() else TERMS.missing)
     if hold is not None and np.isinf(hold.gain):
         lost = np.full(len(before), 2 * NEVER)
     skipped = lost > best
@@ -248,24 +248,14 @@ def _blank(score: Array, before: Array, least: int) -> Step:
     return best, start.astype(np.int32)
 
 
-def _edge(
-    reading: ColumnReading, before: Array, letter: str, widths: Mapping[str, float], hold: Held | None = None
-) -> Step:
-    return _blank(reading.space, before, 0)
-
-
-def _gap(
-    reading: ColumnReading, before: Array, letter: str, widths: Mapping[str, float], hold: Held | None = None
-) -> Step:
+def _gap(reading: ColumnReading, before: Array) -> Step:
     best, start = _blank(reading.gap, before, 2)
-    best -= reading.terms.gap
+    best -= TERMS.gap
     ends = np.arange(len(before), dtype=np.int32)
     return np.maximum(best, before), np.where(best > before, start, ends).astype(np.int32)
 
 
-def _space(
-    reading: ColumnReading, before: Array, letter: str, widths: Mapping[str, float], hold: Held | None = None
-) -> Step:
+def _space(reading: ColumnReading, before: Array) -> Step:
     best, start = _blank(reading.space, before, _TIGHTEST)
     ends = np.arange(len(before))
     for long in range(2, _TIGHTEST):
@@ -275,15 +265,6 @@ def _space(
         start = np.where(tight > best, ends - long, start)
         best = np.maximum(best, tight)
     return best, start.astype(np.int32)
-
-
-def _junk(
-    reading: ColumnReading, before: Array, letter: str, widths: Mapping[str, float], hold: Held | None = None
-) -> Step:
-    return _blank(reading.letters[:, state(JUNK)], before, 4)
-
-
-_STEPS = {"edge": _edge, "letter": _letter, "gap": _gap, "space": _space, "junk": _junk}
 
 
 def _trace_borders(starts: NDArray[np.int32], kinds: Sequence[str], end: int) -> tuple[Array, Array]:

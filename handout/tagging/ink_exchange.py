@@ -28,10 +28,11 @@ from itertools import pairwise
 from types import MappingProxyType
 
 import numpy as np
-from scipy.sparse import coo_matrix, csr_matrix
+from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import connected_components, dijkstra
 from scipy.spatial import cKDTree
 
+from handout.branching import number_pieces
 from handout.hand import outlier_score
 from handout.hand.author_reader import (
     Reader,
@@ -43,12 +44,10 @@ from handout.hand.author_reader import (
 )
 from handout.hand.glyph_features import COUNT, features_of
 from handout.hand.outlier_score import Siblings
-from handout.hand.scanned import ScannedHand, ScannedPage
+from handout.hand.scanned import NOBODY, ScannedHand, ScannedPage
 from handout.tagging.alignment import Alignment
 from handout.tagging.glyph_extraction import extract_glyphs
 from handout.values import Array, Indices
-
-NOBODY = -1  # the letter of a vertex that belongs to none
 
 
 @dataclass(frozen=True)
@@ -206,9 +205,7 @@ class InkExchange:
         # the number of the piece of line, of one letter and between forks, that each vertex lies on
         a, b = self._sheet.graph.edges.T
         same = (self.letter[a] == self.letter[b]) & self._simple[a] & self._simple[b]
-        count = len(self.letter)
-        joined = coo_matrix((np.ones(int(same.sum()), np.int8), (a[same], b[same])), shape=(count, count))
-        self._branch = np.asarray(connected_components(joined, directed=False)[1], dtype=np.intp)
+        self._branch = number_pieces(self._sheet.graph.edges[same], len(self.letter))
         offers = list(self._offers(letters))
         if not offers:
             return set()

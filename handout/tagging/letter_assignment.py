@@ -15,17 +15,15 @@ from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 
-from handout.branching import branches
+from handout.branching import branches, number_pieces
 from handout.hand.letter_classes import NEVER_DESCENDING, NOT_ASCENDING
 from handout.hand.places import graphemes
+from handout.hand.scanned import NOBODY
 from handout.tagging.alignment import AlignedLine, Alignment
 from handout.tagging.line_space import X_HEIGHT
 from handout.values import Array, Indices, LineGraph
 
-NOBODY = -1  # the letter of a vertex that belongs to none
 _LOW_MARKS, _HIGH_MARKS = frozenset(",.…"), frozenset("'\"’‘“”`^~*°")
 _MARKS = _LOW_MARKS | _HIGH_MARKS | frozenset(":;")
 _DOTTED = frozenset('ij!?:;%=÷"”“…¡¿') | _HIGH_MARKS
@@ -101,7 +99,7 @@ class _Line:
         edges = number[graph.edges]
         self.edges = edges[(edges >= 0).all(axis=1)]
         self.column = self._columns()
-        self.whole = _pieces(self.edges, len(vertices))
+        self.whole = number_pieces(self.edges, len(vertices))
 
     def _columns(self) -> Indices:
         """(n,) the letter in whose column each vertex lies, or the nearest; few strokes are cut."""
@@ -199,7 +197,7 @@ class _Line:
                 component = self.whole == self.whole[vertex]
                 self.column = np.where(component, letter, self.column)
                 inside = self.column[a] == self.column[b]
-        piece = _pieces(self.edges[inside], len(self.u))
+        piece = number_pieces(self.edges[inside], len(self.u))
         holder = np.full(int(piece.max()) + 1, NOBODY)
         a, b = self.edges[inside].T
         steps = np.hypot(self.u[a] - self.u[b], self.up[a] - self.up[b])
@@ -237,13 +235,6 @@ def _fewest_cuts(cost: Array) -> Indices:
     for row in range(len(cost) - 1, 0, -1):
         chosen[row - 1] = came[row, chosen[row]]
     return chosen
-
-
-def _pieces(edges: Indices, count: int) -> Indices:
-    """(count,) number of the connected piece of every vertex."""
-    a, b = edges.T if len(edges) else (np.zeros(0, np.intp), np.zeros(0, np.intp))
-    joined = coo_matrix((np.ones(len(a), np.int8), (a, b)), shape=(count, count))
-    return np.asarray(connected_components(joined, directed=False)[1], dtype=np.intp)
 
 
 def _follow(holder: Indices, across: Indices) -> None:

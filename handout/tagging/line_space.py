@@ -189,23 +189,21 @@ class LineStrip:
     frame: LineFrame
 
 
-def strips(mask: NDArray[np.bool_], frames: Sequence[LineFrame], slant: float | None = None) -> list[LineStrip]:
+def strips(mask: NDArray[np.bool_], frames: Sequence[LineFrame]) -> list[LineStrip]:
     """The lines of a page, straightened and made upright.
 
     Parameters
     ----------
     mask : (h, w) bool, where there is ink.
-    frames : of the lines; their own slants are replaced.
-    slant : tangent; without it the page's, found here.
+    frames : of the lines; their own slants are replaced by the page's, found here.
     """
     owners = line_owners(mask, frames)
     # the rows that each line takes: looking through the whole page for every line would take most of the time
     rows = [np.flatnonzero((owners == i).any(axis=1)) for i in range(len(frames))]
     spans = [(int(of_line[0]), int(of_line[-1]) + 1) if len(of_line) else (0, 0) for of_line in rows]
     inks = [(owners[top:bottom] == i, top) for i, (top, bottom) in enumerate(spans)]
-    if slant is None:
-        flat = [straighten_line(*ink, replace(frame, slant=0.0)) for ink, frame in zip(inks, frames, strict=True)]
-        slant = median_slant([strip.image for strip in flat])
+    flat = [straighten_line(*ink, replace(frame, slant=0.0)) for ink, frame in zip(inks, frames, strict=True)]
+    slant = median_slant([strip.image for strip in flat])
     return [straighten_line(*ink, replace(frame, slant=slant)) for ink, frame in zip(inks, frames, strict=True)]
 
 

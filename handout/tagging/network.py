@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
-import io
 import zipfile
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from handout import atomic
 from handout.alphabet import LETTERS, THIRDS
 from handout.errors import InputError
 from handout.networks import Adam, Floats, dropout, log_softmax, one_thread
-from handout.tagging.line_space import COUNT, SPREAD_FLOOR
+from handout.tagging.line_space import COUNT
 
 _LAYERS = 3  # of weights, in the shipped files: two hidden layers
 
@@ -31,8 +28,6 @@ class TaggerRecipe:
     dropout: float = 0.2  # share of the second hidden layer
     label_smoothing: float = 0.05  # share spread over all states
     final_rate: float = 0.1  # of the learning rate, at the end of the last epoch
-    sample: int = 40_000  # columns that suffice for the mean and spread of each feature
-    pseudocount: float = 20.0  # added to the columns of each state, so that a state never seen has a finite prior
 
 
 _RECIPE = TaggerRecipe()
@@ -87,26 +82,6 @@ class RectifierNetwork:
 def average_logs(each: Sequence[Floats]) -> Floats:
     """(n, states) log of the mean of several networks' probabilities, given their logarithms."""
     return np.asarray(np.logaddexp.reduce(each, axis=0) - np.float32(np.log(len(each))))
-
-
-def start_network(columns: LabelledColumns, widths: Floats, hidden: int, rng: np.random.Generator) -> RectifierNetwork:
-    """A network with random weights, scaled for training on these columns; `widths` as in `RectifierNetwork`."""
-    count = len(LETTERS) * THIRDS
-    sizes = (COUNT, hidden, hidden, count)
-    weights = tuple(
-        (rng.standard_normal((a, b), dtype=np.float32) * np.float32(np.sqrt((2 if b != count else 1) / a)))
-        for a, b in pairwise(sizes)
-    )
-    sample = columns.features[:: max(1, len(columns) // _RECIPE.sample)].astype(np.float32)
-    frequency = np.bincount(columns.states, minlength=count) + _RECIPE.pseudocount
-    return RectifierNetwork(
-        mean=sample.mean(axis=0),
-        spread=sample.std(axis=0) + np.float32(SPREAD_FLOOR),
-        weights=weights,
-        biases=tuple(np.zeros(size, np.float32) for size in sizes[1:]),
-        log_prior=np.log(frequency / frequency.sum()).astype(np.float32),
-        widths=np.asarray(widths, np.float32),
-    )
 
 
 @one_thread
@@ -164,17 +139,6 @@ def _gradients(
     front = (back @ w[1].T) * (first > 0)
     gradients = [x.T @ front, first.T @ back, dropped.T @ off, front.sum(0), back.sum(0), off.sum(0)]
     return gradients, -float(log[rows, states].sum())
-
-
-def save(network: RectifierNetwork, path: Path) -> None:
-    """Write a network as .npz of half precision."""
-    arrays = {f"weight{i}": w for i, w in enumerate(network.weights)}
-    arrays |= {f"bias{i}": b for i, b in enumerate(network.biases)}
-    arrays |= {name: getattr(network, name) for name in ("mean", "spread", "log_prior", "widths")}
-    buffer = io.BytesIO()
-    halves = {name: array.astype(np.float16) for name, array in arrays.items()}
-    np.savez_compressed(buffer, allow_pickle=False, **(halves | {"letters": np.array(LETTERS)}))
-    atomic.write(path, buffer.getvalue())
 
 
 def load(path: Path) -> RectifierNetwork:

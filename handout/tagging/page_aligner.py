@@ -450,9 +450,7 @@ def _divide_window(
 def _part(reading: ColumnReading, begin: int, end: int) -> ColumnReading:
     """Some columns of a reading."""
     rows = slice(begin, end + 1)
-    return ColumnReading(
-        reading.letters[rows], reading.space[rows], reading.gap[rows], reading.border[rows], terms=reading.terms
-    )
+    return ColumnReading(reading.letters[rows], reading.space[rows], reading.gap[rows], reading.border[rows])
 
 
 def _match_vertices(uv: Array, again: Array) -> Indices:

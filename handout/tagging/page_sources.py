@@ -2,6 +2,10 @@
 
 A prompt sheet that was filled in is found in its scan, made flat, and everything printed on it is replaced by paper;
 its codes say what was to be copied.
+
+A page may lie any way round: its text fits its lines only as they were written, not upside down or backwards.  A page
+whose text fits as it lies is left alone; others are tried turned and mirrored.  A text that never fits is refused, with
+the likeliest reason.
 """
 
 from __future__ import annotations
@@ -28,14 +32,19 @@ from handout.scanning.picture_files import ENOUGH_DPI, count_pages, read_picture
 from handout.scanning.scan import FilePicture, Scan
 from handout.scanning.written_page import PreparedScan, find_ink, finish, prepare, with_recorded_line
 from handout.tagging.alignment import Method
-from handout.tagging.orientation import find_turn, orientation_name
 from handout.tagging.page_tagging import TaggedPage, tag_labelled_page, tag_page
+from handout.tagging.segmentation import by_segments
 from handout.values import Array, Indices, Stroke
 
 if TYPE_CHECKING:
     from handout.prompting.sheet_detection import DetectedSheet
-    from handout.scanning.scan import FilePicture
-
+from handout.scanning.checks import check_writing_size
+from handout.scanning.page_layout import Gutter, find_gutter
+from handout.scanning.text_lines import TextLines, find_text_lines
+from handout.scanning.written_page import Inked
+from handout.tagging.alignment import REFUSED, refusal, text_breadth, text_fit
+from handout.tagging.line_space import frames_of, strips
+from handout.tagging.transcript import TranscriptLine, read_transcript
 
 _NAMED_PAGES = re.compile(r"(?P<path>.+):(?P<first>\d+)(?:-(?P<last>\d+))?")
 _LOST = 0.3  # share of a text's letters that may be missing on its page
@@ -79,10 +88,7 @@ def chosen_pages(names: Sequence[str]) -> list[tuple[Path, int | None]]:
 
     A file of several pages stands for all of them, ``file.pdf:2`` for its second, ``file.pdf:2-4`` for three.
 
-    Raises
-    ------
-    InputError
-        A page that is twice among them, or pages in the wrong order.
+    Raises InputError: a page that is twice among them, or pages in the wrong order.
     """
     chosen: list[tuple[Path, int | None]] = []
     for name in names:
@@ -120,21 +126,15 @@ def gather_sources(
     ----------
     names : as `chosen_pages`.
     texts : names and contents, in the order of the pages; sheets need none.
-    dpi : float, optional
-        Pixels an inch, where neither a file nor a sheet's marks say.
+    dpi : pixels an inch, where neither a file nor a sheet's marks say.
     say : takes sentences to show the user.
 
-    Raises
-    ------
-    InputError
-        A file that cannot be read or used, a page twice, texts too few or too many.
+    Raises InputError: a file that cannot be read or used, a page twice, texts too few or too many.
     """
     check_dpi(dpi)
     pages = chosen_pages(names)
     if len(texts) > len(pages):
-        raise InputError(
-            f"{_count_in_words(len(texts), 'text')} for {_count_in_words(len(pages), 'page')}: {_ONE_EACH}."
-        )
+        raise InputError(f"{units.count(len(texts), 'text')} for {units.count(len(pages), 'page')}: {_ONE_EACH}.")
     remaining, sources, source_of = list(texts), list[PageSource](), dict[bytes, str]()
     for path, page in pages:
         picture = read_picture(path, page)
@@ -149,7 +149,7 @@ def gather_sources(
         has_text = len(texts) == len(pages) or (sheet is None and bool(remaining))
         if sheet is None and not has_text:
             refuse_mirrored(picture)
-            counts = f"{_count_in_words(len(texts), 'text')} for {_count_in_words(len(pages), 'page')}: {_ONE_EACH}"
+            counts = f"{units.count(len(texts), 'text')} for {units.count(len(pages), 'page')}: {_ONE_EACH}"
             raise InputError(
                 f"{picture.source}: what is written on it? Give its text with --text{f' ({counts})' if texts else ''}; "
                 "only sheets made with `handout hand prompt` say it themselves."
@@ -161,10 +161,6 @@ def gather_sources(
             f"--text {remaining[-1][0]}: every scan without a text of its own has one already; leave it out."
         )
     return sources
-
-
-def _count_in_words(count: int, name: str) -> str:
-    return units.count(count, name)
 
 
 def _prepare_plain(picture: FilePicture, dpi: float | None, say: Say) -> PreparedScan:
@@ -192,7 +188,7 @@ def tagged_pages(
     pen: str | None,
     say: Say,
     *,
-    method: str | Method = "segments",
+    method: Method = by_segments,
     tell: Tell = silent,
 ) -> Iterator[TaggedPage]:
     """The pages with their letters, one after the other, all on one scale of densities.
@@ -206,10 +202,7 @@ def tagged_pages(
     method : of the alignment, as `alignment.align` takes it.
     tell : told how far it has come.
 
-    Raises
-    ------
-    InputError
-        As `find_ink`, `find_turn`, `tag_page`.
+    Raises InputError: as `find_ink`, `find_turn`, `tag_page`.
     """
     scale = common_scale(sources)
     for number, source in enumerate(sources):
@@ -225,7 +218,7 @@ def _tag_source(
     rng: np.random.Generator,
     pen: str | None,
     say: Say,
-    method: str | Method,
+    method: Method,
     tell: Tell,
 ) -> TaggedPage:
     tell(0.0, "the ink")
@@ -238,7 +231,7 @@ def _tag_source(
     written = finish(inked)
     if source.movements:
         written = with_recorded_line(written, source.movements, timed=source.timed)
-    lines = _count_in_words(len(written.text_lines.lines), "line")
+    lines = units.count(len(written.text_lines.lines), "line")
     say(f"  ink and {lines} found; looking for the letters …")
     try:
         if source.letters is not None:
@@ -281,10 +274,7 @@ class FilledSheet:
 def filled_sheet(scan: Scan | FilePicture) -> FilledSheet | None:
     """The prompt sheet in a scan or photograph, or None if there is none; its marks say how large it is.
 
-    Raises
-    ------
-    InputError
-        There are marks of a sheet, but too few; or its codes cannot be read.
+    Raises InputError: there are marks of a sheet, but too few; or its codes cannot be read.
     """
     from handout.prompting.sheet_detection import find_sheet, printed_on, rectify
 
@@ -302,7 +292,7 @@ def filled_sheet(scan: Scan | FilePicture) -> FilledSheet | None:
 
 def refuse_mirrored(scan: Scan | FilePicture) -> None:
     """Raise InputError for the mirror image of a sheet."""
-    from handout.prompting.registration import register
+    from handout.prompting.sheet_layout import register
 
     try:
         mirrored = register(np.ascontiguousarray(scan.rgb[:, ::-1])) is not None
@@ -376,3 +366,96 @@ def _grow_mask(mask: NDArray[np.bool_], by: int) -> NDArray[np.uint8]:
 
     size = 2 * by + 1
     return np.asarray(cv2.dilate(mask.astype(np.uint8), np.ones((size, size), np.uint8)), dtype=np.uint8)
+
+
+_SURE = 0.35  # fit above which a page is believed to lie that way: pages the wrong way round have up to 0.1
+_LITTLE, _MUCH = 1.6, 0.6  # breadth of letters against the usual ones, where text is missing and where it is too long
+_QUARTERS = {1: "on its side, its top to the right", 2: "upside down", 3: "on its side, its top to the left"}
+
+
+def find_turn(inked: Inked, transcript: str, rng: np.random.Generator) -> int:
+    """The number of quarter turns, anticlockwise, that make a page lie upright.
+
+    Parameters
+    ----------
+    inked : Inked
+    transcript : what is written on the page.
+    rng : numpy.random.Generator
+
+    Raises InputError: the page is mirrored, shows two columns, or has another size or another text.
+    """
+    lines = read_transcript(transcript)
+    ink, dpi = inked.mask.ink, inked.prepared.scan.dpi
+    fit_as_is = page_fit(ink, dpi, inked.text_lines, lines, rng)
+    if fit_as_is < REFUSED and len(lines) != len(inked.text_lines.lines):
+        fit_as_is = max(fit_as_is, page_fit(ink, dpi, find_text_lines(ink, dpi, len(lines)), lines, rng))
+    if fit_as_is >= REFUSED:
+        return 0
+    gutter, breadth = find_gutter(ink, dpi), 1.0
+    if inked.text_lines.lines:  # of the page's letters against the usual ones if this were its text
+        straight = strips(inked.mask.ink, frames_of(inked.text_lines, inked.prepared.scan.pixel))
+        breadth = text_breadth(straight, lines)
+    # lines of two pages, or of another amount of text, may be those of a page that lies on its side, and no others
+    sideways_only = gutter is not None or not _MUCH <= breadth <= _LITTLE
+    best, quarters = _best(ink, dpi, lines, rng, (1, 3) if sideways_only else (2, 1, 3))
+    if best >= max(_SURE, fit_as_is):
+        return quarters
+    mirrored = (0.0, 0) if gutter else _best(ink[:, ::-1], dpi, lines, rng, (1, 3) if sideways_only else (0, 2))
+    if mirrored[0] >= max(_SURE, fit_as_is):
+        raise InputError(
+            f"{inked.prepared.scan.source} is mirrored: its writing runs from right to left. Scan it again without "
+            "mirroring, or flip the picture from left to right."
+        )
+    raise _reason(inked, lines, fit_as_is, gutter, breadth)
+
+
+def orientation_name(quarters: int) -> str:
+    """How a page lies that must be turned by that number of quarters."""
+    return _QUARTERS[quarters]
+
+
+def page_fit(
+    ink: NDArray[np.bool_], dpi: float, text_lines: TextLines, lines: Sequence[TranscriptLine], rng: np.random.Generator
+) -> float:
+    """How well a text fits the written lines of a page: as `alignment.text_fit`; 0 without lines."""
+    if not text_lines.lines:
+        return 0.0
+    return text_fit(strips(ink, frames_of(text_lines, 25.4 / dpi)), lines, rng)
+
+
+def _best(
+    ink: NDArray[np.bool_], dpi: float, lines: Sequence[TranscriptLine], rng: np.random.Generator, turns: Sequence[int]
+) -> tuple[float, int]:
+    """The best fit of a page turned in some ways, and by how many quarters it was; the first sure one wins."""
+    best = (0.0, 0)
+    for quarters in turns:
+        turned = np.ascontiguousarray(np.rot90(ink, quarters))
+        best = max(best, (page_fit(turned, dpi, find_text_lines(turned, dpi), lines, rng), quarters))
+        if best[0] >= _SURE:
+            break
+    return best
+
+
+def _reason(
+    inked: Inked, lines: Sequence[TranscriptLine], fit: float, gutter: Gutter | None, breadth: float
+) -> InputError:
+    """Why a text does not fit in any way."""
+    scan, text_lines = inked.prepared.scan, inked.text_lines
+    check_writing_size(text_lines, scan)
+    if gutter:
+        return InputError(
+            f"{scan.source} shows two pages or columns side by side ({gutter.lines[0]} and {gutter.lines[1]} lines, "
+            f"{gutter.width:.0f} mm of paper between them at x = {gutter.at:.0f} mm): cut it there, and give each part "
+            "as a --scan with its own --text."
+        )
+    if not text_lines.lines:
+        return InputError(f"{scan.source}: no line of writing was found on it; is it the right scan?")
+    if not _MUCH <= breadth <= _LITTLE:
+        letters, count = sum(len(line.letters) for line in lines), len(lines)
+        advice = "the text of this page alone" if breadth < _MUCH else "all that is written on the page"
+        return InputError(
+            f"{scan.source} has {len(text_lines.lines)} lines of writing, and its text "
+            f"({units.count(count, 'line')}, {units.count(letters, 'character')}) is about "
+            f"{1 / breadth:.1f} times what they hold: give {advice}, line by line."
+        )
+    return InputError(f"{scan.source}: {refusal(fit, (len(text_lines.lines), len(lines)))}")

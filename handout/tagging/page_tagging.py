@@ -22,9 +22,8 @@ from handout.hand.page_editor import line_alone
 from handout.hand.places import graphemes, word_at
 from handout.hand.scanned import NOBODY, ScannedGlyph, ScannedHand, ScannedPage
 from handout.progress import Tell, narrow_reports, silent
-from handout.scanning.foreign_ink import foreign_ink
 from handout.scanning.text_lines import TextLines, find_text_lines
-from handout.scanning.written_page import WrittenPage
+from handout.scanning.written_page import WrittenPage, foreign_ink
 from handout.summary import one_line
 from handout.tagging.alignment import AlignedLine, Alignment, Method, PageLetter, align
 from handout.tagging.glyph_extraction import (
@@ -38,6 +37,7 @@ from handout.tagging.glyph_extraction import (
 from handout.tagging.ink_exchange import exchange_ink
 from handout.tagging.letter_assignment import assign_letters
 from handout.tagging.line_space import frames, vertex_lines
+from handout.tagging.segmentation import by_segments, by_segments_once
 from handout.tagging.transcript import read_transcript
 from handout.values import Indices
 
@@ -75,7 +75,7 @@ def tag_page(
     transcript: str,
     *,
     rng: np.random.Generator,
-    method: str | Method = "segments",
+    method: Method = by_segments,
     tell: Tell = silent,
 ) -> TaggedPage:
     """Find the letters of a page that has been read.
@@ -83,19 +83,12 @@ def tag_page(
     Parameters
     ----------
     written : WrittenPage
-    transcript : str
-        What is written on it; words struck out as ``~~words~~`` are no letters of the hand.
-    rng : numpy.random.Generator
-        The same generator gives the same page.
-    method : str or function
-        Of the alignment, as `alignment.align` takes it.
-    tell : function, optional
-        Told how far it has come.
+    transcript : what is written on it; words struck out as ``~~words~~`` are no letters of the hand.
+    rng : the same generator gives the same page.
+    method : of the alignment, as `alignment.align` takes it.
+    tell : told how far it has come.
 
-    Raises
-    ------
-    InputError
-        As `align`: an empty transcript, a page without lines, the transcript of another page.
+    Raises InputError: as `align`: an empty transcript, a page without lines, the transcript of another page.
 
     Source: seed 000, §5.1.3.
     """
@@ -156,7 +149,7 @@ def with_transcript_lines(written: WrittenPage, transcript: str, rng: np.random.
 def _fit(written: WrittenPage, transcript: str, rng: np.random.Generator) -> float:
     """How well a text explains a page's lines, weighted by its letters; 0 if not at all."""
     try:
-        alignment = align(written, transcript, method="segments-once", rng=rng)
+        alignment = align(written, transcript, method=by_segments_once, rng=rng)
     except InputError:
         return 0.0
     weights = [len(line.letters) for line in alignment.lines]
@@ -172,10 +165,7 @@ def tag_labelled_page(written: WrittenPage, transcript: str, graphemes_at: Indic
     transcript : str
     graphemes_at : (n,) int: index of the grapheme of the transcript that each vertex belongs to, −1 for none.
 
-    Raises
-    ------
-    InputError
-        The page has no lines.
+    Raises InputError: the page has no lines.
     """
     if not written.text_lines.lines:
         raise InputError("no line of writing was found, so its letters stand nowhere.")
@@ -197,7 +187,7 @@ def _labelled_alignment(written: WrittenPage, units: Sequence[str], graphemes_at
         rows.setdefault(line, []).append(PageLetter(at, units[at], float(x.min()), float(x.max()), 1.0))
     frame = frames(written)
     lines = tuple(AlignedLine(line, frame[line], tuple(row), 1.0) for line, row in sorted(rows.items()))
-    alignment = Alignment(lines, method="labels")
+    alignment = Alignment(lines)
     order = {letter.at: number for number, letter in enumerate(alignment.letters)}
     letters = np.full(len(graphemes_at), NOBODY, dtype=np.intp)
     letters[named] = np.array([order[at] for at in labels.tolist()], dtype=np.intp)[owner]
@@ -207,10 +197,7 @@ def _labelled_alignment(written: WrittenPage, units: Sequence[str], graphemes_at
 def hand_of_pages(name: str, pages: Sequence[TaggedPage], title: str = "") -> ScannedHand:
     """The hand that some pages show.
 
-    Raises
-    ------
-    InputError
-        No page, or not a single letter on them.
+    Raises InputError: no page, or not a single letter on them.
     """
     glyphs: list[ScannedGlyph] = []
     for number, tagged in enumerate(pages):
@@ -223,19 +210,16 @@ def hand_of_pages(name: str, pages: Sequence[TaggedPage], title: str = "") -> Sc
     return ScannedHand(name, title or name, tuple(tagged.page for tagged in pages), tuple(glyphs))
 
 
-def pen_of_pages(name: str, pages: Sequence[WrittenPage], title: str = "") -> ScannedHand:
+def pen_of_pages(name: str, pages: Sequence[WrittenPage]) -> ScannedHand:
     """What a pen writes like: pages of anything drawn with it, none of whose letters are known.
 
-    Raises
-    ------
-    InputError
-        No page.
+    Raises InputError: no page.
     """
     if not pages:
         raise InputError(f"{name}: no page, so there is no pen to keep.")
     no_lines = TextLines((), *_SCRIBBLE)
     scanned_pages = tuple(replace(scanned_page(replace(page, text_lines=no_lines), ""), scan=None) for page in pages)
-    return ScannedHand(name, title or name, scanned_pages, ())
+    return ScannedHand(name, name, scanned_pages, ())
 
 
 def renumber_glyph(glyph: ScannedGlyph, page: int, first: int) -> ScannedGlyph:

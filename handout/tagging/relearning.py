@@ -26,7 +26,7 @@ from handout.networks import one_thread
 from handout.progress import Tell, narrow_reports, silent
 from handout.scanning.text_lines import line_owners
 from handout.tagging import network
-from handout.tagging.alignment import AlignedLine, Alignment, aligned_letters
+from handout.tagging.alignment import POOR, AlignedLine, Alignment, aligned_letters, line_fits
 from handout.tagging.decoder import Held
 from handout.tagging.glyph_extraction import extract_glyphs, letters_within_reach, reaches_edge
 from handout.tagging.ink_exchange import exchange_ink
@@ -34,7 +34,6 @@ from handout.tagging.letter_assignment import assign_letters
 from handout.tagging.line_space import X_HEIGHT, LineFrame, LineStrip, lines_at, strips
 from handout.tagging.segmentation import by_segments, page_reader
 from handout.tagging.transcript import TranscriptLine, in_one_line, read_transcript
-from handout.tagging.transcript_fit import POOR, line_fits
 from handout.values import Indices
 
 
@@ -176,13 +175,10 @@ def realign_page(hand: ScannedHand, number: int, *, rng: np.random.Generator, te
 
     Parameters
     ----------
-    hand : ScannedHand
-        With its corrections made.
+    hand : with its corrections made.
     number : of the page.
-    rng : numpy.random.Generator
-        The same generator gives the same hand.
-    tell : function, optional
-        Told how far it has come.
+    rng : the same generator gives the same hand.
+    tell : told how far it has come.
     """
     page = hand.pages[number]
     own = [glyph for glyph in hand.glyphs if glyph.page == number]

@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import lru_cache, partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,11 +22,17 @@ from handout.hand.places import graphemes
 from handout.networks import Floats
 from handout.progress import Tell, narrow_reports, silent
 from handout.tagging import network
-from handout.tagging.decoder import TERMS, ColumnReading, Decoded, Held, Terms, decode, read_line
+from handout.tagging.decoder import ColumnReading, Decoded, Held, decode, read_line
 from handout.tagging.line_space import ABOVE, HEIGHT, INKY, X_HEIGHT, Image, column_count, describe
 from handout.tagging.network import LabelledColumns, RectifierNetwork, average_logs, join_columns
-from handout.tagging.synthetic_lines import SHARE, SHARE_OF_SPACE, column_states, sampled_columns, synthetic_lines
-from handout.tagging.synthetic_writers import built_in_hands
+from handout.tagging.synthetic_lines import (
+    SHARE,
+    SHARE_OF_SPACE,
+    built_in_hands,
+    column_states,
+    sampled_columns,
+    synthetic_lines,
+)
 from handout.tagging.transcript import TranscriptLine
 from handout.values import Array
 
@@ -75,14 +81,13 @@ def page_scale(images: Sequence[Image], lines: Sequence[TranscriptLine], widths:
 class PageReader:
     """The lines of a page while they are aligned: features are worked out once."""
 
-    def __init__(self, images: Sequence[Image], networks: Sequence[RectifierNetwork], terms: Terms = TERMS) -> None:
+    def __init__(self, images: Sequence[Image], networks: Sequence[RectifierNetwork]) -> None:
         self.images = tuple(images)
         self.networks = tuple(networks)
         self.features = [describe(image) for image in images]
         # text lines → the same broken as suits the page; line → what the networks together make of its columns
         self.broken: dict[tuple[TranscriptLine, ...], list[TranscriptLine]] = {}
         self._together: dict[int, Floats] = {}
-        self._terms = terms
         self._prior = np.mean([network.log_prior for network in networks], axis=0)
 
     def part(self, lines: Sequence[int]) -> PageReader:
@@ -108,7 +113,7 @@ class PageReader:
         return [*each, average_logs(each)] if len(each) > 1 else each
 
     def _read_line(self, line: int, posterior: Floats) -> ColumnReading:
-        return read_line(self.images[line], posterior, self._prior, self._terms)
+        return read_line(self.images[line], posterior, self._prior)
 
     def widths(self, lines: Sequence[TranscriptLine]) -> dict[str, float]:
         """Letter → usual width on this page, pixels of line space, given what is written on its lines."""
@@ -180,6 +185,10 @@ def by_segments(
         for i in np.flatnonzero(fold == half).tolist():
             single[i] += _decode_line(page, i, lines[i], widths, networks, held[i])
     return single
+
+
+# the networks learn nothing from the page, which is quicker, and fewer letters are found
+by_segments_once = partial(by_segments, adapting=False)
 
 
 def _decode_line(

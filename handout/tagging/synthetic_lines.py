@@ -2,10 +2,16 @@
 
 They come out of the product itself: text is composed in a hand, given a writer's habits, and traced by the motor
 engine; the traced strokes are drawn into the image of a straightened, upright line.
+
+Each writer is a `Hand` with habits that people have and the built-in hands lack.  It may take some letters from a
+second built-in hand (letters are stored upright and one x-height high, so that they fit), and may write its n like a
+u. Half of the texts are sentences, half are random words mixed with groups of capitals, digits and punctuation, so
+that every letter of the alphabet is seen next to many others.
 """
 
 from __future__ import annotations
 
+import string
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import groupby
@@ -14,16 +20,142 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.alphabet import JUNK, SPACE, THIRDS, fold, state
+from handout.hand import library
 from handout.hand.drawn import Hand
 from handout.motion.trace import letters_of_samples, trace
 from handout.tagging.line_space import ABOVE, HEIGHT, STEP, X_HEIGHT, Image, column_count, describe
 from handout.tagging.network import LabelledColumns
-from handout.tagging.synthetic_writers import WriterHabits, random_habits, random_writer, texts
 from handout.values import Array, Indices, Line, Manuscript, Page, Placed, Stroke
 from handout.writing.compose import compose
 from handout.writing.drawn_words import slur_stroke
 from handout.writing.layout import Layout
 from handout.writing.variation import warp
+
+# shares, set so that writers differ about as much as those of five real pages
+_BORROWS = 0.45  # of writers who have letters of a second hand
+_BORROWED = (0.15, 0.7)  # of their letters
+_TURNED = 0.2  # of writers who write n like u and m like w
+_FORM = 500  # numbers of borrowed forms start here, so that no two forms share one
+_SENTENCES, _WORDS = 2, 24  # in a text, which one writer writes: about two lines
+_GROUPED = 0.3  # share of the words that are groups of characters
+_RARE = "–£€ßæøœ…éèàüöäçñ"
+
+
+def built_in_hands() -> list[Hand]:
+    """The drawn hands that handout comes with."""
+    return [library.load(name) for name in library.names() if name.startswith("house-")]
+
+
+@dataclass(frozen=True)
+class WriterHabits:
+    """What one writer does beyond the forms of the letters; lengths in x-heights.
+
+    tight : how far letters are set off beyond their hand's distance, negative: closer.
+    gap : between words.
+    slur : share by which arches fall flat, added to the hand's own.
+    swash : length of the stroke that leads into a word, 0: none.
+    tail : length of the stroke that leads out of a word, 0: none.
+    breadth, size, shear, rise : of all letters; relative, relative, tangent, and over the line.
+    ascender, descender : lengths, 1 as drawn.
+    wobble : of the smooth field that bends the writing.
+    pen : width of the line.
+    haste : smoothing, relative to the hand's.
+    """
+
+    tight: float
+    gap: float
+    slur: float
+    swash: float
+    tail: float
+    breadth: float
+    size: float
+    shear: float
+    rise: float
+    ascender: float
+    descender: float
+    wobble: float
+    pen: float
+    haste: float
+
+
+def random_habits(rng: np.random.Generator) -> WriterHabits:
+    """The habits of a writer, drawn at random."""
+
+    def now_and_then(share: float, least: float, most: float) -> float:
+        return float(rng.uniform(least, most)) if rng.random() < share else 0.0
+
+    return WriterHabits(
+        tight=float(rng.uniform(-0.12, 0.22)),
+        gap=float(rng.uniform(0.5, 1.8)),
+        slur=now_and_then(0.4, 0.05, 0.4),
+        swash=now_and_then(0.25, 0.3, 0.9),
+        tail=now_and_then(0.3, 0.3, 1.1),
+        breadth=float(np.exp(rng.normal(0.0, 0.18))),
+        size=float(np.exp(rng.normal(0.0, 0.07))),
+        shear=float(rng.normal(0.0, 0.1)),
+        rise=float(rng.normal(0.0, 0.05)),
+        ascender=float(np.exp(rng.normal(0.0, 0.18))),
+        descender=float(np.exp(rng.normal(0.0, 0.18))),
+        wobble=float(rng.uniform(0.0, 0.07)),
+        pen=float(rng.uniform(0.06, 0.17)),
+        haste=float(rng.uniform(0.9, 1.35)),
+    )
+
+
+def random_writer(hands: Sequence[Hand], rng: np.random.Generator) -> Hand:
+    """A writer with the letters of one of `hands`, and perhaps some of another."""
+    hand = hands[int(rng.integers(len(hands)))]
+    glyphs = dict(hand.glyphs)
+    if len(hands) > 1 and rng.random() < _BORROWS:
+        other = hands[int(rng.integers(len(hands)))]
+        share = rng.uniform(*_BORROWED)
+        glyphs |= {letter: forms for letter, forms in other.glyphs.items() if rng.random() < share}
+    if rng.random() < _TURNED:
+        # forms of n like u and of m like w: arches that are written from below look so
+        pairs = [(letter, like) for letter, like in (("n", "u"), ("m", "w")) if letter in glyphs and like in glyphs]
+        glyphs |= {
+            letter: glyphs[letter]
+            + tuple(replace(form, letter=letter, form=form.form + _FORM) for form in glyphs[like])
+            for letter, like in pairs
+        }
+    return replace(hand, glyphs=glyphs)
+
+
+def texts(sentences: Sequence[str], rng: np.random.Generator) -> Iterator[str]:
+    """Texts to write, without end."""
+    words = sorted({word for sentence in sentences for word in sentence.split()})
+    while True:
+        if rng.random() < 0.5:
+            yield " ".join(rng.choice(np.array(sentences, dtype=object), _SENTENCES))
+            continue
+        yield " ".join(
+            _group(rng) if rng.random() < _GROUPED else _dress_word(words[int(rng.integers(len(words)))], rng)
+            for _ in range(_WORDS)
+        )
+
+
+def _group(rng: np.random.Generator) -> str:
+    """Two to five characters of one kind, sometimes with a mark among them."""
+    kinds = (string.ascii_uppercase, string.digits, string.punctuation, string.ascii_lowercase + _RARE)
+    kind = kinds[int(rng.choice(4, p=(0.35, 0.35, 0.15, 0.15)))]
+    group = list(rng.choice(list(kind), int(rng.integers(1, 5))))
+    if rng.random() < 0.4:
+        group.insert(int(rng.integers(len(group) + 1)), str(rng.choice(list(".,:;-'/!?\"()"))))
+    return "".join(group)
+
+
+def _dress_word(word: str, rng: np.random.Generator) -> str:
+    """A word as it is, with a capital, all in capitals, in quotation marks, or followed by a mark."""
+    chance = rng.random()
+    if chance < 0.12:
+        return word.capitalize()
+    if chance < 0.16:
+        return word.upper()
+    if chance < 0.21:
+        mark = str(rng.choice(["'", '"', "“”", "()"]))
+        return mark[0] + word + mark[-1]
+    return word + (str(rng.choice(list(",.;:!?-"))) if chance < 0.35 else "")
+
 
 _MM = 3.0  # mm: x-height of the composed page
 _PAGE = Page(170.0, 5000.0)  # mm: lines of usual length, any number of them
@@ -67,35 +199,17 @@ def write_lines(
 
     struck : strike out a word now and then.
     """
-    lines, strokes, _ = _write_text(text, hand, habits, rng)
+    lines, strokes, _ = write_text(text, hand, habits, rng)
     return [_draw(line, of_line, habits, rng, struck) for line, of_line in zip(lines, strokes, strict=True) if of_line]
 
 
-def habitual_strokes(
+def write_text(
     text: str, hand: Hand, habits: WriterHabits, rng: np.random.Generator, engine: str = "optimal-control"
-) -> Iterator[tuple[str, list[Array], list[Indices]]]:
-    """The words of `text`: the strokes of each in the order of writing (upright, x-heights, y up), and of every sample
-    the letter of the word that it writes."""
-    for line, strokes, letters in zip(*_write_text(text, hand, habits, rng, engine), strict=True):
-        if not strokes:
-            continue
-        paths = [line.upright(stroke.xy) for stroke in strokes]
-        bent = np.split(_bend_space(np.vstack(paths), habits, rng), _ends_of(paths)[:-1])
-        for word, placed in groupby(line.line.placed, key=lambda unit: unit.word):
-            at = {unit.at: unit.glyph.letter for unit in placed}
-            own = [k for k, stroke in enumerate(strokes) if stroke.word == word]
-            numbers = np.array(sorted(at))
-            of = [np.searchsorted(numbers, letters[k]) for k in own]
-            yield "".join(at.values()), [bent[k] for k in own], of
-
-
-def _write_text(
-    text: str, hand: Hand, habits: WriterHabits, rng: np.random.Generator, engine: str = "optimal-control"
-) -> tuple[list[_HabitualLine], list[list[Stroke]], list[list[Indices]]]:
+) -> tuple[list[HabitualLine], list[list[Stroke]], list[list[Indices]]]:
     """The lines of a text with a writer's habits, the strokes of each, and the letter in the text of every sample."""
     layout = Layout(_PAGE, x_height=_MM, jitter=float(rng.uniform(0.8, 1.7)))
     manuscript, *_ = compose(text, hand, layout, rng, fallback=True)
-    lines = [_HabitualLine(line, hand, habits, rng) for line in manuscript.lines]
+    lines = [HabitualLine(line, hand, habits, rng) for line in manuscript.lines]
     changed = Manuscript(tuple(line.line for line in lines), manuscript.page, manuscript.x_height)
     hurried = replace(hand, smooth=min(hand.smooth * habits.haste, 0.5))
     drawing = trace(changed, hurried, rng, engine)
@@ -108,7 +222,7 @@ def _write_text(
     return lines, strokes, letters
 
 
-class _HabitualLine:
+class HabitualLine:
     """A composed line with a writer's habits: upright space, x-heights, y up from the baseline."""
 
     def __init__(self, line: Line, hand: Hand, habits: WriterHabits, rng: np.random.Generator) -> None:
@@ -185,7 +299,7 @@ def _led_out(stroke: Array, length: float, rng: np.random.Generator) -> Array:
 
 
 def _draw(
-    line: _HabitualLine, strokes: Sequence[Stroke], habits: WriterHabits, rng: np.random.Generator, struck: bool
+    line: HabitualLine, strokes: Sequence[Stroke], habits: WriterHabits, rng: np.random.Generator, struck: bool
 ) -> SyntheticLine:
     paths = [line.upright(stroke.xy) for stroke in strokes]
     words = [stroke.word for stroke in strokes]
@@ -200,7 +314,7 @@ def _draw(
     if struck:
         boxes = _strike(boxes, paths, words, rng)
     ends = np.array([[x, 0.5] for _, _, left, right in boxes for x in (left, right)])
-    everything = _bend_space(np.vstack([*paths, ends]), habits, rng)
+    everything = bend_space(np.vstack([*paths, ends]), habits, rng)
     x = everything[:, 0] * X_HEIGHT
     shift = _MARGIN - float(x[: -len(ends)].min())
     pieces = np.split(np.column_stack([x + shift, ABOVE - everything[:, 1] * X_HEIGHT]), _ends_of(paths))
@@ -217,7 +331,7 @@ def _ends_of(paths: Sequence[Array]) -> Array:
     return np.cumsum([len(path) for path in paths])
 
 
-def _bend_space(xy: Array, habits: WriterHabits, rng: np.random.Generator) -> Array:
+def bend_space(xy: Array, habits: WriterHabits, rng: np.random.Generator) -> Array:
     """Upright space with the writer's proportions and wobble."""
     x, y = xy.T.copy()
     y = np.where(y > 1, 1 + (y - 1) * habits.ascender, np.where(y < 0, y * habits.descender, y))

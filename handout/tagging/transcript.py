@@ -36,10 +36,7 @@ class TranscriptLine:
 def read_transcript(text: str) -> list[TranscriptLine]:
     """The lines of a transcript that are not empty; ``~~words~~`` were struck out.
 
-    Raises
-    ------
-    InputError
-        Nothing is written in it.
+    Raises InputError: nothing is written in it.
     """
     lines: list[TranscriptLine] = []
     units = graphemes(text)

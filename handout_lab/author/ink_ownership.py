@@ -10,7 +10,7 @@ import regex
 from numpy.typing import NDArray
 
 from handout.motion.trace import STEPS
-from handout.simulated.scanner.placement import GlassPlacement
+from handout.simulated.flatbed import GlassPlacement
 from handout.values import Array, Drawing, Indices, Manuscript
 from handout_lab.author.truth import Letter, Path, Split
 

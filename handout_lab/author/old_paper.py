@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from handout.inking.pen import Pen
 from handout.inking.pens import pass_light
-from handout.simulated.scanner.placement import smooth_field
+from handout.simulated.flatbed import smooth_field
 from handout.values import Drawing, Page
 
 Floats = NDArray[np.float32]

@@ -38,9 +38,9 @@ def transcript(simulated: Simulated) -> str:
     return "\n".join(line.text for line in simulated.manuscript.lines)
 
 
-def read(simulated: Simulated, source: str = "the scan", *, method: str = "cut") -> WrittenPage:
+def read(simulated: Simulated, source: str = "the scan") -> WrittenPage:
     """The page's ink, path and lines, as `read_page` finds them in the picture."""
-    return read_page(Scan(np.asarray(simulated.image), float(simulated.dpi), source), method=method)
+    return read_page(Scan(np.asarray(simulated.image), float(simulated.dpi), source))
 
 
 def score(truth: Truth, page: TaggedPage) -> LetterScore:

@@ -16,8 +16,8 @@ from handout.inking.pen import Pen, rgb, usual
 from handout.inking.pens import pass_light
 from handout.motion.trace import letters_of_samples, trace
 from handout.page_sizes import page
+from handout.simulated.flatbed import GlassPlacement, dust, lay
 from handout.simulated.scanner import Flatbed
-from handout.simulated.scanner.placement import GlassPlacement, dust, lay
 from handout.values import Drawing, Manuscript, Page
 from handout.writing.compose import compose
 from handout.writing.layout import Layout

@@ -1,9 +1,9 @@
 """The picture of a written sheet, layer by layer: the paper, the same with ink, and the picture with dust and noise.
 
-A printed sheet is scanned by `printed`: that knows its spectra at the printer's resolution and bends it.  Here the ink
-is drawn on the glass at the picture's own resolution, so that the truth about every pixel is exact; warp, flare, glare
-and what a scanner's program does by itself are left out.  Both lay the sheet, blur, scatter and show light alike.  The
-lamp here is a polynomial and not cosines: the scanned hands that ship were made with it.
+A printed sheet is scanned by `scanner.scan`: that knows its spectra at the printer's resolution and bends it.  Here the
+ink is drawn on the glass at the picture's own resolution, so that the truth about every pixel is exact; warp, flare,
+glare and what a scanner's program does by itself are left out.  Both lay the sheet, blur, scatter and show light alike.
+The lamp here is a polynomial and not cosines: the scanned hands that ship were made with it.
 """
 
 from __future__ import annotations
@@ -14,9 +14,17 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from handout.simulated.scanner import optics
-from handout.simulated.scanner.flatbed import FlatbedSettings
-from handout.simulated.scanner.placement import GlassPlacement
+from handout.simulated.flatbed import (
+    ROWS,
+    FlatbedSettings,
+    GlassPlacement,
+    Lamp,
+    add_noise,
+    blur_rows,
+    kernels,
+    lamp,
+    reach,
+)
 
 Floats = NDArray[np.float32]
 
@@ -88,25 +96,25 @@ def layers(
     specks : (h, w) float32 in 0–1, light that dust on the glass lets pass; None: no dust.
     """
     height, width = paper.shape[:2]
-    blur = optics.kernels(flatbed, place.dpi)
-    halo = optics.reach(blur)
+    blur = kernels(flatbed, place.dpi)
+    halo = reach(blur)
     lamp = _lamp(flatbed, rng)
     columns, lines = (np.linspace(-1, 1, size, dtype=np.float32) for size in (width, height))
-    for start in range(0, height, optics.ROWS):
-        stop = min(start + optics.ROWS, height)
+    for start in range(0, height, ROWS):
+        stop = min(start + ROWS, height)
         rows = np.clip(np.arange(start - halo, stop + halo), 0, height - 1)
         cut = slice(halo, halo + stop - start)
         lit = lamp(columns, lines[start:stop])[:, :, None]
         bare = paper[rows].astype(np.float32) * np.float32(1 / 255)
         inked = bare * (light[rows] * np.float32(1 / FULL))
-        sheet = optics.blur_rows(bare, blur)[cut] * lit
-        shown = optics.blur_rows(inked, blur)[cut] * lit
-        dusty = shown if specks is None else optics.blur_rows(inked * specks[rows][:, :, None], blur)[cut] * lit
-        noisy = optics.noisy(dusty, flatbed.noise, rng)
+        sheet = blur_rows(bare, blur)[cut] * lit
+        shown = blur_rows(inked, blur)[cut] * lit
+        dusty = shown if specks is None else blur_rows(inked * specks[rows][:, :, None], blur)[cut] * lit
+        noisy = add_noise(dusty, flatbed.noise, rng)
         yield Rows(start, flatbed.show_light(noisy), flatbed.show_light(sheet), flatbed.show_light(shown))
 
 
-def _lamp(flatbed: FlatbedSettings, rng: np.random.Generator) -> optics.Lamp:
+def _lamp(flatbed: FlatbedSettings, rng: np.random.Generator) -> Lamp:
     """The lamp over a picture, places counted −1 to 1: it falls off along a random direction."""
     w = rng.normal(0.0, [1.0, 1.0, 0.6, 0.6, 0.4])
     u = np.linspace(-1, 1, 33)
@@ -115,4 +123,4 @@ def _lamp(flatbed: FlatbedSettings, rng: np.random.Generator) -> optics.Lamp:
         x, y = x[None, :], y[:, None]
         return np.asarray(w[0] * x + w[1] * y + w[2] * x * x + w[3] * y * y + w[4] * x * y)
 
-    return optics.lamp(flatbed.shading, field, field(u, u))
+    return lamp(flatbed.shading, field, field(u, u))

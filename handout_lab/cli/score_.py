@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING
 
 import click
 
-from handout.cli.commands import VerbCommand
 from handout.cli.console import Console
+from handout.cli.options import JSON, verb
+from handout.pipeline.declarations import argument, option
 
 if TYPE_CHECKING:
     from handout_lab.pipeline.scoring import CrowdedPage, Distance, ScoredPage, ScoredPair
@@ -43,13 +44,14 @@ _CAPTIONS = {
 }
 
 
-@click.command("score", cls=VerbCommand, short_help="Measure how far page images look written by a person.")
-@click.argument("pages", nargs=-1, required=True, metavar="PAGE...", type=click.Path(path_type=Path))
-@click.option("--crowd", type=click.Path(path_type=Path), help="Folder of other people's pages to compare with.")
-@click.option("--dpi", type=click.FloatRange(50, 2400), help="Of the images, where the files do not say.")
-@click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Of random halves and shuffles.")
-@click.option("--json", "as_json", is_flag=True, help="One JSON object on standard output.")
-def command(pages: tuple[Path, ...], crowd: Path | None, dpi: float | None, seed: int, as_json: bool) -> None:
+@verb("score", short_help="Measure how far page images look written by a person.")
+def command(
+    pages: tuple[Path, ...] = argument(required=True, metavar="PAGE..."),
+    crowd: Path | None = option(None, "Folder of other people's pages to compare with."),
+    dpi: float | None = option(None, "Of the images, where the files do not say.", least=50, most=2400),
+    seed: int = option(0, "Of random halves and shuffles.", least=0),
+    as_json: bool = JSON,
+) -> None:
     """Measure page images: repetition and statistics of one, how like the first the others are.
 
     Of several pages the first is the author's own. The others are held against it: distances of hinge, run lengths

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 import click
 
 from handout import units
-from handout.cli import options
-from handout.cli.commands import VerbGroup
 from handout.cli.console import Console
+from handout.cli.options import verb
+from handout.pipeline.declarations import argument, option, output
 from handout_lab.pipeline.options import StudyOptions
 
 if TYPE_CHECKING:
@@ -22,18 +22,16 @@ _FEW = 3  # snippets that are shown of the hardest, and of the easiest
 
 @click.group(
     "study",
-    cls=VerbGroup,
     short_help="Make, read and score a study: can people tell made writing from real?",
 )
 def command() -> None:
     """A study: can people tell what is made in a hand from what its writer wrote?"""
 
 
-@command.command("make")
-@click.option("--output", "-o", required=True, help="A folder, new or empty.")
-@options.bind("study", StudyOptions)
-@options.console
-def make(output: str, study: StudyOptions, console: Console) -> None:
+@verb("make", command)
+def make(
+    console: Console, output: str = output("A folder, new or empty."), study: StudyOptions = StudyOptions()
+) -> None:
     """Make the sheets of a study: sheets.pdf to print, and its key, study.key, which nobody who takes part may see.
 
     Questionnaire A shows words and asks of each whether it is real or fake; B shows the same words twice, below a
@@ -55,11 +53,12 @@ def make(output: str, study: StudyOptions, console: Console) -> None:
     )
 
 
-@command.command("read")
-@click.argument("scans", metavar="SCAN...", nargs=-1, required=True)
-@click.option("--output", "-o", required=True, help="The CSV file for the answers.")
-@options.console
-def read(scans: tuple[str, ...], output: str, console: Console) -> int:
+@verb("read", command)
+def read(
+    console: Console,
+    scans: tuple[str, ...] = argument(required=True, metavar="SCAN..."),
+    output: str = output("The CSV file for the answers."),
+) -> int:
     """Read the filled sheets of a study from SCANs: pictures, PDF files, or folders of them, lying any way round.
 
     Rows that are not plain (two boxes marked, or none, or only a trace) are left empty in the table, with a picture of
@@ -81,16 +80,15 @@ def read(scans: tuple[str, ...], output: str, console: Console) -> int:
     return 4 if result.unread else 0
 
 
-@command.command("score")
-@click.argument("table", metavar="ANSWERS", type=click.Path(path_type=Path))
-@click.option("--key", type=click.Path(path_type=Path), help="The study's key; default: looked for near the answers.")
-@click.option("--output", "-o", type=click.Path(path_type=Path), help="An SVG file for the figure.")
-@click.option(
-    "--least-controls", type=click.IntRange(0), default=0, show_default=True, help="Leave out who told fewer of them."
-)
-@click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Of the permutation test.")
-@options.console
-def score(table: Path, key: Path | None, output: Path | None, least_controls: int, seed: int, console: Console) -> None:
+@verb("score", command)
+def score(
+    console: Console,
+    table: Path = argument(metavar="ANSWERS"),
+    key: Path | None = option(None, "The study's key; default: looked for near the answers."),
+    output: Path | None = output("An SVG file for the figure.", required=False),
+    least_controls: int = option(0, "Leave out who told fewer of them.", least=0),
+    seed: int = option(0, "Of the permutation test.", least=0),
+) -> None:
     """Score the ANSWERS of a study: shares told right with 95 % intervals, skill, difficulty, confusions.
 
     Three intervals go with each share: "people+words" holds for other people and other words, and is the one to
@@ -144,13 +142,14 @@ def _about(scores: Scores) -> list[str]:
     ]
 
 
-@command.command("judge")
-@click.argument("real", type=click.Path(path_type=Path))
-@click.argument("made", type=click.Path(path_type=Path))
-@click.option("--controls", is_flag=True, help="Judge the judge: real writers against each other, and steady speeds.")
-@click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Of the judge's learning.")
-@options.console
-def judge(real: Path, made: Path, controls: bool, seed: int, console: Console) -> None:
+@verb("judge", command)
+def judge(
+    console: Console,
+    real: Path,
+    made: Path,
+    controls: bool = option(False, "Judge the judge: real writers against each other, and steady speeds."),
+    seed: int = option(0, "Of the judge's learning.", least=0),
+) -> None:
     """Let a machine tell MADE pen motion from REAL: two folders, with a folder in them for each writer.
 
     A small recurrent network learns from two-second windows of some writers and judges others. AUC is how often it

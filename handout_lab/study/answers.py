@@ -17,9 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.errors import InputError
-from handout.prompting.registration import in_grey, register
 from handout.prompting.sheet_codes import read_codes
 from handout.prompting.sheet_detection import rectify
+from handout.prompting.sheet_layout import in_grey, register
 from handout_lab.study import marks, sheets
 from handout_lab.study.marks import Manner, Mark
 from handout_lab.study.sheets import COVER, SheetRecord

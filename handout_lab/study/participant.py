@@ -11,9 +11,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from handout.simulated.printer.pen import ink_of
+from handout.simulated.print_and_scan import ink_of
 from handout.simulated.scanner import Flatbed
-from handout.simulated.sheet import SimulatedSheet, WrittenSheet
+from handout.simulated.spectra import SimulatedSheet, WrittenSheet
 from handout.values import Array
 from handout_lab.study.design import Item, Person
 from handout_lab.study.sheets import ANSWERS, Row

@@ -6,28 +6,33 @@ All training lines are written by synthetic writers (`tagging.synthetic_lines`);
 from __future__ import annotations
 
 import argparse
+import io
 import sys
 from collections.abc import Sequence
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from handout import atomic
 from handout.alphabet import JUNK, LETTERS, SPACE, THIRDS
 from handout.errors import InputError
 from handout.hand import library
 from handout.hand.drawn import Hand
+from handout.networks import Floats
 from handout.prompting import corpus
 from handout.tagging import network
-from handout.tagging.line_space import COUNT, X_HEIGHT
+from handout.tagging.line_space import COUNT, SPREAD_FLOOR, X_HEIGHT
 from handout.tagging.network import LabelledColumns, join_columns
-from handout.tagging.synthetic_lines import SyntheticLine, sampled_columns, synthetic_lines
-from handout.tagging.synthetic_writers import built_in_hands
+from handout.tagging.synthetic_lines import SyntheticLine, built_in_hands, sampled_columns, synthetic_lines
 
 _TEST_LINES = 60  # new lines, on which the accuracy printed at the end is measured
 _RATE = 1.2e-3  # learning rate of Adam, the best of a few on five real pages
 # x-heights, set by eye: what is struck out and a space have no width that could be measured
 _WIDTHS_BY_DEFINITION = {JUNK: 1.6, SPACE: 1.0}
+_SAMPLE = 40_000  # columns that suffice for the mean and spread of each feature
+_PSEUDOCOUNT = 20.0  # added to the columns of each state, so that a state never seen has a finite prior
 _USUAL_WIDTH = 0.8  # x-heights: of a letter that no training line holds
 
 
@@ -71,6 +76,28 @@ def training_set(
     return join_columns(parts), usual_widths(widths)
 
 
+def start_network(
+    columns: LabelledColumns, widths: Floats, hidden: int, rng: np.random.Generator
+) -> network.RectifierNetwork:
+    """A network with random weights, scaled for training on these columns; `widths` as the network has them."""
+    count = len(LETTERS) * THIRDS
+    sizes = (COUNT, hidden, hidden, count)
+    weights = tuple(
+        (rng.standard_normal((a, b), dtype=np.float32) * np.float32(np.sqrt((2 if b != count else 1) / a)))
+        for a, b in pairwise(sizes)
+    )
+    sample = columns.features[:: max(1, len(columns) // _SAMPLE)].astype(np.float32)
+    frequency = np.bincount(columns.states, minlength=count) + _PSEUDOCOUNT
+    return network.RectifierNetwork(
+        mean=sample.mean(axis=0),
+        spread=sample.std(axis=0) + np.float32(SPREAD_FLOOR),
+        weights=weights,
+        biases=tuple(np.zeros(size, np.float32) for size in sizes[1:]),
+        log_prior=np.log(frequency / frequency.sum()).astype(np.float32),
+        widths=np.asarray(widths, np.float32),
+    )
+
+
 def train(
     hands: Sequence[Hand],
     sentences: Sequence[str],
@@ -84,13 +111,24 @@ def train(
     columns, widths = training_set(hands, sentences, lines, rng)
     _report(f"{len(columns)} columns of {lines} lines, {COUNT} numbers each")
     return network.train_network(
-        network.start_network(columns, widths, hidden, rng),
+        start_network(columns, widths, hidden, rng),
         columns,
         epochs=epochs,
         rate=_RATE,
         rng=rng,
         on_epoch=lambda epoch, loss: _report(f"epoch {epoch + 1} of {epochs}: loss {loss:.3f}"),
     )
+
+
+def save(trained: network.RectifierNetwork, path: Path) -> None:
+    """Write a network as .npz of half precision."""
+    arrays = {f"weight{i}": w for i, w in enumerate(trained.weights)}
+    arrays |= {f"bias{i}": b for i, b in enumerate(trained.biases)}
+    arrays |= {name: getattr(trained, name) for name in ("mean", "spread", "log_prior", "widths")}
+    buffer = io.BytesIO()
+    halves = {name: array.astype(np.float16) for name, array in arrays.items()}
+    np.savez_compressed(buffer, allow_pickle=False, **(halves | {"letters": np.array(LETTERS)}))
+    atomic.write(path, buffer.getvalue())
 
 
 def accuracy(trained: network.RectifierNetwork, lines: Sequence[SyntheticLine]) -> tuple[float, float]:
@@ -122,7 +160,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     hands = [library.load(name) for name in options.hands]
     rng = np.random.default_rng(options.seed)
     trained = train(hands, sentences, rng, lines=options.lines, epochs=options.epochs, hidden=options.hidden)
-    network.save(trained, options.output)
+    save(trained, options.output)
     test_lines = list(synthetic_lines(hands, sentences, _TEST_LINES, np.random.default_rng(options.seed + 1000)))
     states, letters = accuracy(network.load(options.output), test_lines)
     size = options.output.stat().st_size / 1e6

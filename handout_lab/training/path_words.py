@@ -11,13 +11,13 @@ from __future__ import annotations
 import string
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import groupby
 
 import numpy as np
 
 from handout.hand.drawn import Hand
 from handout.motion import ENGINES
-from handout.tagging.synthetic_lines import habitual_strokes
-from handout.tagging.synthetic_writers import random_habits, random_writer, texts
+from handout.tagging.synthetic_lines import WriterHabits, bend_space, random_habits, random_writer, texts, write_text
 from handout.values import Array, Indices
 from handout.writing.variation import warp
 
@@ -97,6 +97,24 @@ def path_words(
         for written, strokes, of in habitual_strokes(text, hand, habits, rng, engine):
             word = PathWord(written, tuple(strokes), tuple(of), name)
             yield _touching_joined(word) if by_font and rng.random() < 0.7 else word
+
+
+def habitual_strokes(
+    text: str, hand: Hand, habits: WriterHabits, rng: np.random.Generator, engine: str = "optimal-control"
+) -> Iterator[tuple[str, list[Array], list[Indices]]]:
+    """The words of `text`: the strokes of each in the order of writing (upright, x-heights, y up), and of every sample
+    the letter of the word that it writes."""
+    for line, strokes, letters in zip(*write_text(text, hand, habits, rng, engine), strict=True):
+        if not strokes:
+            continue
+        paths = [line.upright(stroke.xy) for stroke in strokes]
+        bent = np.split(bend_space(np.vstack(paths), habits, rng), np.cumsum([len(path) for path in paths])[:-1])
+        for word, placed in groupby(line.line.placed, key=lambda unit: unit.word):
+            at = {unit.at: unit.glyph.letter for unit in placed}
+            own = [k for k, stroke in enumerate(strokes) if stroke.word == word]
+            numbers = np.array(sorted(at))
+            of = [np.searchsorted(numbers, letters[k]) for k in own]
+            yield "".join(at.values()), [bent[k] for k in own], of
 
 
 def _random_word(rng: np.random.Generator) -> str:

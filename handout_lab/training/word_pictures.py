@@ -12,7 +12,7 @@ import string
 import sys
 from collections import Counter, defaultdict
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import cv2
@@ -25,9 +25,9 @@ from handout.prompting import corpus
 from handout.reading import word_space
 from handout.reading.word_space import ABOVE, HEIGHT, X_HEIGHT
 from handout.tagging import line_space
-from handout.tagging.synthetic_lines import SyntheticLine, write_lines
-from handout.tagging.synthetic_writers import built_in_hands, random_habits, random_writer, with_own_forms
-from handout.values import Array
+from handout.tagging.synthetic_lines import SyntheticLine, built_in_hands, random_habits, random_writer, write_lines
+from handout.values import Array, Glyph
+from handout.writing.variation import warp
 
 Image = NDArray[np.uint8]
 _FONT_X = 36  # pixels: x-height at which letters of fonts are drawn
@@ -37,6 +37,12 @@ _CHARACTERS = "".join(letter for letter in alphabet.LETTERS if letter not in alp
 _WIDEST = 320  # columns: wider pictures are left out
 _DRAWN_WORDS = 24  # that one synthetic writer writes
 _SHAPED = 0.5  # share of a font's words that are set with its own ways of joining letters
+# standard deviations of what makes a writer's form of a letter his own, set by eye: letters stay what they are
+_OWN_BREADTH, _OWN_HEIGHT, _OWN_LEAN = 0.14, 0.14, 0.08
+_OWN_BEND = 0.11  # greatest, of a smooth field that bends a form, x-heights …
+_OWN_WAVES = (0.9, 2.6)  # … with waves of these lengths
+_HELD = 0.5  # x-heights from where a letter is joined, within which its form is bent less
+_LIFTS, _LIFTED = 0.35, 0.4  # share of writers who lift the pen after some letters, and greatest share of those
 _OWN = 0.75  # share of the synthetic writers whose letters have forms of their own
 _CRISP = 0.65  # share of the pictures in even ink without paper, as lines that were traced are drawn
 _FILLED = 0.15  # share of the words whose narrow loops are full of ink
@@ -263,6 +269,40 @@ def fonts(folder: Path) -> list[FontWriter]:
     """The handwriting fonts of a folder, found by name; those of the Latin alphabet's usual weight."""
     paths = sorted(folder.rglob("*-latin-400-normal.woff")) + sorted(folder.rglob("*.ttf"))
     return [FontWriter(path) for path in paths if not path.name.startswith(_CAPITALS)]
+
+
+def with_own_forms(hand: Hand, rng: np.random.Generator) -> Hand:
+    """The same hand as a person with other forms writes it: every letter with proportions, lean and bends of its own.
+
+    Ends at which letters are joined keep their height, so that joins still meet.  Some writers lift the pen after
+    some letters.
+    """
+    lifts = float(rng.uniform(0.0, _LIFTED)) if rng.random() < _LIFTS else 0.0
+    bend = float(rng.uniform(0.0, _OWN_BEND))
+    glyphs = {}
+    for letter, forms in hand.glyphs.items():
+        seed, lifted = int(rng.integers(2**32)), rng.random() < lifts
+        glyphs[letter] = tuple(_own_form(form, np.random.default_rng(seed), bend, lifted) for form in forms)
+    return replace(hand, glyphs=glyphs)
+
+
+def _own_form(form: Glyph, rng: np.random.Generator, bend: float, lifted: bool) -> Glyph:
+    """One form, changed alike for the same state of the generator."""
+    xy = np.vstack(form.strokes)
+    breadth, tall = np.exp(rng.normal(0.0, (_OWN_BREADTH, _OWN_HEIGHT)))
+    x, y = xy.T
+    bent = np.column_stack(
+        [x * breadth + rng.normal(0.0, _OWN_LEAN) * (y - 0.5), np.where(y > 1, 1 + (y - 1) * tall, y)]
+    )
+    bent = bent + warp(xy, rng, bend, *_OWN_WAVES)
+    held = np.zeros(len(xy))
+    for end, joins in ((form.strokes[0][0], form.entry), (form.strokes[form.last_main][-1], form.exit)):
+        if joins != "lifted":
+            held = np.maximum(held, np.clip(1 - np.hypot(*(xy - end).T) / _HELD, 0.0, 1.0))
+    bent[:, 1] = held * y + (1 - held) * bent[:, 1]
+    strokes: list[Array] = np.split(bent, np.cumsum([len(stroke) for stroke in form.strokes])[:-1])
+    ends = "lifted" if lifted else form.exit
+    return replace(form, strokes=tuple(strokes), width=form.width * float(breadth), exit=ends)
 
 
 def drawn_words(texts: Texts, hands: Sequence[Hand], rng: np.random.Generator) -> Iterator[Source]:

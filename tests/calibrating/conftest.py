@@ -8,20 +8,21 @@ import numpy as np
 import pytest
 
 from handout import profiles
-from handout.calibrating import ink_samples, pen_reference, store
+from handout.calibrating import calibrated_ink, pen_reference, store
 from handout.calibrating.pages import chart_pages
 from handout.calibrating.wizard import CalibrationTask, Step, Wizard
 from handout.colour import table
 from handout.colour.chart import chart
-from handout.colour.patches import Patches
+from handout.colour.models.forward import Patches
 from handout.colour.reading import read_scans
 from handout.simulated import print_and_scan as loop
-from handout.simulated.printer import Flatbed, Inkjet
+from handout.simulated.printer import Inkjet
+from handout.simulated.scanner import Flatbed
 
 DPI = 80
 
 
-_of_hand, _writing, _match = cache(ink_samples.of_hand), pen_reference.writing, pen_reference.match
+_of_hand, _writing, _match = cache(calibrated_ink.of_hand), pen_reference.writing, pen_reference.match
 _written = {}  # by the hand's name: no test here keeps a hand of its own
 _matched = {}  # by what was compared
 
@@ -42,7 +43,7 @@ def ink_of_hands(monkeypatch):
         return _matched[key]
 
     monkeypatch.setattr(pen_reference, "match", match)
-    monkeypatch.setattr(ink_samples, "of_hand", _of_hand)
+    monkeypatch.setattr(calibrated_ink, "of_hand", _of_hand)
     monkeypatch.setattr(pen_reference, "writing", writing)
 
 

@@ -9,8 +9,9 @@ from PIL import Image
 
 from handout.cli import main
 from handout.colour import exports, icc, table
+from handout.simulated import print_and_scan
 from handout.simulated import print_and_scan as loop
-from handout.simulated.printer import Flatbed, job_reader
+from handout.simulated.scanner import Flatbed
 
 TABLE = "name,street,city\nAda Lovelace,12 St James's Square,London\n"
 
@@ -84,7 +85,7 @@ def test_a_bad_scan_writes_no_patches(call, tmp_path):
 def test_the_dry_run_is_what_the_printer_gets(call, coarse, profile, tmp_path):
     out, _ = call("calibrate", "chart", "--printer", "sim", "-o", "chart.pdf", "--dry-run", "chart.png", "--json")
     assert json.loads(out)["dpi"] == profile.dpi
-    ((_, sent),) = job_reader.pages(tmp_path / "chart.pdf", profile.dpi)
+    ((_, sent),) = print_and_scan.pages(tmp_path / "chart.pdf", profile.dpi)
     with Image.open(tmp_path / "chart.png") as shown:
         assert np.array_equal(np.asarray(shown), sent[: shown.height, : shown.width])
         assert shown.info["dpi"] == pytest.approx((300, 300), abs=0.1)
@@ -104,7 +105,7 @@ def test_print_goes_through_the_calibration(call, coarse, stored, profile, tmp_p
     assert "made on white, and cream is in the printer" in err
     assert json.loads(out)["calibration"]["name"] == "simulated/white"
     call(*given, "--dry-run", "without.pdf", "--calibration", "none")
-    pages = {n: next(job_reader.pages(tmp_path / f"{n}.pdf", profile.dpi))[1] for n in ("with", "without")}
+    pages = {n: next(print_and_scan.pages(tmp_path / f"{n}.pdf", profile.dpi))[1] for n in ("with", "without")}
     inked = (pages["without"] != 255).any(axis=2)
     assert inked.sum() > 1000 and (pages["with"][inked] != pages["without"][inked]).any(axis=1).mean() > 0.9
     assert (pages["with"][~inked] == 255).all()

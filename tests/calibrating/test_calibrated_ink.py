@@ -9,7 +9,7 @@ import pytest
 
 from handout.calibrating import calibrated_ink, store
 from handout.colour import conversions
-from handout.colour.interpolation import look_up
+from handout.colour.models.forward import look_up
 from handout.errors import InputError
 from handout.values import Raster
 

@@ -11,7 +11,7 @@ from handout.calibrating import pages
 from handout.calibrating.pages import DevicePages
 from handout.errors import InputError
 from handout.printing.queue import FolderQueue
-from handout.simulated.printer import job_reader
+from handout.simulated import print_and_scan
 from handout.values import Page
 
 DPI = 72
@@ -32,7 +32,7 @@ def test_what_is_sent_is_the_pixels(feed, turn, quarters, made, profile, tmp_pat
     names = pages.send(made, fed, FolderQueue(tmp_path))
     assert names == ("chart-1", "chart-2")
     for name, draw in zip(names, made.pixels, strict=True):
-        ((sheet, sent),) = job_reader.pages(tmp_path / f"{name}.pdf", DPI)
+        ((sheet, sent),) = print_and_scan.pages(tmp_path / f"{name}.pdf", DPI)
         assert np.array_equal(sent, np.rot90(draw(), quarters))
         assert (sheet.width > sheet.height) == bool(quarters)
 
@@ -46,7 +46,7 @@ def test_a_queue_that_takes_pictures(made, profile, tmp_path):
 def test_files(made, tmp_path):
     assert [path.name for path in pages.write(made, tmp_path / "strip.png")] == ["strip-1.png", "strip-2.png"]
     (path,) = pages.write(made, tmp_path / "strip.pdf")
-    for (_, sent), draw in zip(job_reader.pages(path, DPI), made.pixels, strict=True):
+    for (_, sent), draw in zip(print_and_scan.pages(path, DPI), made.pixels, strict=True):
         assert np.array_equal(sent, draw())
     with pytest.raises(InputError, match=r"as \.pdf or \.png"):
         pages.write(made, tmp_path / "strip.svg")

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from handout.calibrating import calibrated_ink, ink_samples, pen_reference, store, strip
+from handout.calibrating import calibrated_ink, pen_reference, store, strip
 from handout.calibrating.pen_reference import Kind
 from handout.colour.chart import chart
 from handout.colour.reading import ChartScan, Scribble, read_scans
@@ -11,7 +11,10 @@ from handout.colour.reading.pen_field import load, save
 from handout.errors import InputError
 from handout.hand.library import find
 from handout.simulated import print_and_scan as loop
-from handout.simulated.printer import SETTINGS, Flatbed, Inkjet, SimulatedSheet
+from handout.simulated.flatbed import SETTINGS
+from handout.simulated.printer import Inkjet
+from handout.simulated.scanner import Flatbed
+from handout.simulated.spectra import SimulatedSheet
 from handout.values import Raster
 
 # they rest on scans that take seconds to make
@@ -96,19 +99,19 @@ def test_a_page_is_printed_in_the_pens_colour(with_pen):
 
 def test_the_strip_is_of_the_pens_colour(with_pen):
     made = strip.prepare(with_pen, HAND)
-    page = ink_samples.reach_of(HAND, with_pen.table(), pen_reference.of_calibration(with_pen, HAND))
+    page = calibrated_ink.reach_of(HAND, with_pen.table(), pen_reference.of_calibration(with_pen, HAND))
     assert (made.out, made.lost, made.whose) == (page.share_out, page.mean, f"of {HAND}")
 
 
 def test_one_figure_on_ink_out_of_reach(stored):
     made_strip = strip.prepare(stored)
     rgba = np.full((3, 3, 4), 0.5, dtype=np.float32)
-    made = calibrated_ink.CalibratedInk(stored, None, ink_samples.USUAL_HAND)
+    made = calibrated_ink.CalibratedInk(stored, None, calibrated_ink.USUAL_HAND)
     made(Raster(rgba, 300))
     assert made.facts()["out_of_reach"] == round(made_strip.out, 4) and made.facts()["lost"] == round(
         made_strip.lost, 2
     )
-    from handout.colour.gamut import tell_loss
+    from handout.colour.table import tell_loss
 
     assert tell_loss(made_strip.out, made_strip.lost, made_strip.whose) in made.tell_reach()
 
@@ -127,6 +130,6 @@ def test_what_the_pen_wrote_is_kept(with_pen, scribbles, tmp_path):
 
 def test_writing_of_a_hand_is_on_its_own_paper():
     density, paper, dpi = pen_reference.writing(find(HAND))
-    assert 100 <= dpi <= 1200 and np.allclose(paper, ink_samples.writer_of(HAND)[1])
+    assert 100 <= dpi <= 1200 and np.allclose(paper, calibrated_ink.writer_of(HAND)[1])
     assert abs(float(np.median(density))) < 0.02 and density.max() > 0.5
     assert pen_reference.at_dpi(density, dpi, dpi / 2).shape[0] == pytest.approx(density.shape[0] / 2, abs=1)

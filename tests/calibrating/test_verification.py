@@ -7,12 +7,13 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from handout.calibrating import ink_samples, store, strip, verification
+from handout.calibrating import calibrated_ink, store, strip, verification
 from handout.colour import conversions
-from handout.colour.interpolation import look_up
+from handout.colour.models.forward import look_up
 from handout.colour.reading import ChartScan, ScanRefused
 from handout.errors import InputError
-from handout.simulated.printer import Flatbed, Inkjet
+from handout.simulated.printer import Inkjet
+from handout.simulated.scanner import Flatbed
 
 # they rest on scans that take seconds to make
 pytestmark = pytest.mark.slow
@@ -89,7 +90,7 @@ def test_another_paper_is_said_and_called_poor(made, stored, profile):
 
 
 def test_the_ink_of_a_hand(stored):
-    drawn = ink_samples.of_hand("house-print")
+    drawn = calibrated_ink.of_hand("house-print")
     assert len(drawn) > 500
     made = strip.prepare(stored, "house-print", "letter")
     assert made.paper == "letter" and made.page.paper.name == "letter"
@@ -97,14 +98,14 @@ def test_the_ink_of_a_hand(stored):
 
 
 def test_the_paper_of_a_hand():
-    name, paper = ink_samples.writer_of("house-joined-ballpoint")
+    name, paper = calibrated_ink.writer_of("house-joined-ballpoint")
     assert name == "house-joined-ballpoint" and len(paper) == 3 and 0.8 < min(paper) <= max(paper) <= 1
-    assert ink_samples.writer_of("house-print") == ink_samples.writer_of("") == ("", None)
+    assert calibrated_ink.writer_of("house-print") == calibrated_ink.writer_of("") == ("", None)
 
 
 def test_ink_on_paper():
     some = np.array([[0.2, 0.1, 0.4, 0.0], [0.2, 0.1, 0.4, 1.0], [0.0, 0.0, 0.0, 0.5]])
-    seen = ink_samples.lay_on(some, np.array([0.8, 0.9, 1.0]))
+    seen = calibrated_ink.lay_on(some, np.array([0.8, 0.9, 1.0]))
     assert np.allclose(seen, [[0.8, 0.9, 1.0], [0.2, 0.1, 0.4], [0.4, 0.45, 0.5]])
 
 

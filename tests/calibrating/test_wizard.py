@@ -6,11 +6,12 @@ import pytest
 import tifffile
 from PIL import Image
 
-from handout.calibrating import ink_samples, store
+from handout.calibrating import store
 from handout.calibrating.wizard import CalibrationTask, ScansRefused, Step, Wizard, remove
 from handout.errors import InputError
 from handout.simulated import print_and_scan as loop
-from handout.simulated.printer import Flatbed, Inkjet
+from handout.simulated.printer import Inkjet
+from handout.simulated.scanner import Flatbed
 
 DPI = 80
 
@@ -179,8 +180,9 @@ def test_a_bad_print_is_named(fault, code, wizard, profile, chart_pixels, tmp_pa
 
 @pytest.mark.slow
 def test_other_settings_than_the_hands_are_named(profile, scan, monkeypatch):
+    from handout.calibrating import calibrated_ink
 
-    monkeypatch.setattr(ink_samples, "writer_of", lambda name: ("", [0.80, 0.95, 0.97]))
+    monkeypatch.setattr(calibrated_ink, "writer_of", lambda name: ("", [0.80, 0.95, 0.97]))
     wizard = Wizard(CalibrationTask(profile, "sim", "white", hand="house-joined-ballpoint"))
     wizard.go(Step.SCAN)
     (found,) = wizard.take_scans([scan]).findings

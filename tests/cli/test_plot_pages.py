@@ -15,7 +15,7 @@ from handout.errors import InputError
 from handout.hand.library import path
 from handout.pipeline import job_pages
 from handout.plotting.jobs import store
-from handout.plotting.jobs.job import load
+from handout.plotting.jobs.store import load
 from handout.sources.drawing_json import from_json
 
 SMALL = ("--page", "60x40mm", "--margin", "6mm", "--seed", "5", "--hand")

@@ -7,7 +7,7 @@ from functools import cache
 import numpy as np
 
 from handout.colour.models import Model, fit
-from handout.colour.patches import Patches
+from handout.colour.models.forward import Patches
 from handout.colour.table import SIZE, ColourTable, build
 from handout.simulated.printer import Inkjet
 from handout.values import Array

@@ -16,7 +16,7 @@ from PIL import Image
 from handout.colour import cgats, conversions
 from handout.colour.chart import ChartPage, chart
 from handout.colour.chart_files import DEVICE, XYZ, render, ti1, ti2, ti3
-from handout.colour.patches import Patches
+from handout.colour.models.forward import Patches
 
 DPI = 100
 

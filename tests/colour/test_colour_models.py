@@ -6,8 +6,7 @@ from formula_printers import Dark, chart, dull, dull_model, identical, scanned
 
 from handout.colour import METHODS, conversions
 from handout.colour.models import fit, inverse, splines
-from handout.colour.models.forward import lattice
-from handout.colour.patches import Patches
+from handout.colour.models.forward import Patches, lattice
 from handout.colour.table import build
 from handout.errors import InputError
 

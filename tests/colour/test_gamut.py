@@ -5,8 +5,7 @@ import pytest
 from formula_printers import dull, dull_table
 
 from handout.colour import conversions
-from handout.colour.gamut import reach, swatches
-from handout.colour.table import ColourTable
+from handout.colour.table import ColourTable, reach, swatches
 from handout.errors import InputError
 
 # they rest on scans that take seconds to make

@@ -5,11 +5,11 @@ import numpy as np
 import pytest
 
 from handout.colour import conversions
-from handout.colour.ink_match import Tone, match
-from handout.colour.pen_lines import density_of, strokes_in
+from handout.colour.ink_match import Tone, density_of, match, strokes_in
 from handout.simulated import spectra
+from handout.simulated.flatbed import SETTINGS
 from handout.simulated.printer import PAPERS
-from handout.simulated.scanner import SETTINGS, Flatbed
+from handout.simulated.scanner import Flatbed
 from handout.values import Raster
 
 DPI = 300

@@ -5,8 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from handout.colour.interpolation import look_up, parts
-from handout.colour.models.forward import lattice
+from handout.colour.models.forward import lattice, look_up, parts
 
 RNG = np.random.default_rng(1)
 NODES = RNG.normal(size=(9, 9, 9, 3)).astype(np.float32)

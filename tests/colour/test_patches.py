@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from formula_printers import chart, dull
 
-from handout.colour.patches import Patches
+from handout.colour.models.forward import Patches
 from handout.errors import InputError
 
 DEVICE = chart()

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 from handout.calibrating import store
-from handout.calibrating.print_diagnosis import diagnose
+from handout.calibrating.print_diagnosis import check_change, check_strength, diagnose, solids_of, without_tone
 from handout.calibrating.store import PATCHES, Calibration
 from handout.colour.chart import chart
 from handout.colour.reading import ChartReading, ScanFinding
-from handout.colour.reading.solid_inks import check_change, check_strength, solids_of, without_tone
-from handout.simulated.printer import PAPERS, Flatbed, Inkjet
+from handout.simulated.printer import PAPERS, Inkjet
+from handout.simulated.scanner import Flatbed
 from handout_lab.offset_press import Measured
 
 DEVICE = chart("A4").colours

@@ -7,8 +7,7 @@ import pytest
 
 from handout.completion import manner, ways
 from handout.completion.completed_hand import complete_hand
-from handout.completion.drawn_letters import DrawnLetters, _close_strokes, _weld_strokes
-from handout.completion.entering import _lead_line
+from handout.completion.drawn_letters import DrawnLetters, _close_strokes, _lead_line, _weld_strokes
 
 
 def written(form, xy):

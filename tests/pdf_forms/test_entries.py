@@ -9,9 +9,8 @@ from hypothesis import strategies as st
 
 from handout.hand.library import find
 from handout.motion.trace import trace
-from handout.pdf_forms.entries import AROUND, SETTINGS, FieldFrame, Filler, page_manuscript
+from handout.pdf_forms.entries import AROUND, DPI, SETTINGS, FieldFrame, Filler, page_manuscript, rules
 from handout.pdf_forms.fields import Field, Widget
-from handout.pdf_forms.printed_rules import DPI, rules
 from handout.values import Page
 from handout.writing.compose import each_part
 

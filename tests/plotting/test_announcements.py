@@ -14,8 +14,8 @@ from click.testing import CliRunner
 from handout import profiles
 from handout.cli.devices_ import command
 from handout.errors import PortError
-from handout.plotting import announcements, connections
-from handout.plotting.announcements import Announced
+from handout.plotting import connections
+from handout.plotting.connections import Announced
 
 MOONRAKER = Announced("mainsailos.local", "moonraker://mainsailos.local", "moonraker://10.0.0.5", "klipper")
 TELNET = Announced("box.local", "tcp://box.local", "tcp://10.0.0.6", "")
@@ -39,7 +39,7 @@ def test_who_announces_himself_is_found():
         return machine
 
     async def heard():
-        return announcements.listen(60.0, wanted=2, interfaces=here)
+        return connections.find_announced(60.0, wanted=2, interfaces=here)
 
     with ThreadPoolExecutor(1) as apart:  # a thread without a loop, for zeroconf would use that and wait for it
         machine = apart.submit(announce).result()
@@ -67,10 +67,10 @@ def test_what_an_announcement_stands_for(kind, name, host, address):
     info = SimpleNamespace(
         name=name, server=host, port=23 if kind == "_telnet" else 80, parsed_addresses=lambda: ["10.0.0.5"]
     )
-    found = announcements._machine(f"{kind}._tcp.local.", info)
+    found = connections._machine(f"{kind}._tcp.local.", info)
     assert (found and found.address) == address
     info.parsed_addresses = lambda: ["fd00::5"]
-    found = announcements._machine(f"{kind}._tcp.local.", info)
+    found = connections._machine(f"{kind}._tcp.local.", info)
     assert found is None or urlsplit(found.reached).hostname == "fd00::5"
 
 
@@ -78,7 +78,7 @@ def test_what_an_announcement_stands_for(kind, name, host, address):
 def on_air(monkeypatch):
     """What is announced on the network."""
     machines = []
-    monkeypatch.setattr(announcements, "listen", lambda: machines)
+    monkeypatch.setattr(connections, "find_announced", lambda: machines)
     return machines
 
 
@@ -111,4 +111,4 @@ def test_the_command_lists_them(on_air):
 def test_zeroconf_is_an_extra(monkeypatch):
     monkeypatch.setitem(sys.modules, "zeroconf", None)
     with pytest.raises(PortError, match=r"pip install 'handout-driver\[network\]'"):
-        announcements.listen()
+        connections.find_announced()

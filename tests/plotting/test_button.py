@@ -6,9 +6,9 @@ from cursive import page
 
 from handout import profiles
 from handout.errors import DeviceAlarm
-from handout.plotting.dialect import ButtonPressed
+from handout.plotting.dialects import ButtonPressed
 from handout.plotting.dialects.ebb import DIALECT as ebb
-from handout.plotting.driving.driver import connect
+from handout.plotting.driver import connect
 from handout.plotting.jobs import runner, store
 from handout.plotting.jobs.store import JobOptions
 from handout.simulated.plotter import SimulatedPlotter

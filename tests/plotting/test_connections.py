@@ -6,7 +6,7 @@ import pytest
 
 from handout import profiles
 from handout.errors import PortError
-from handout.plotting import announcements, connections, open_port, ports
+from handout.plotting import connections, open_port, ports
 from handout.plotting.dialects import dialect
 from handout.plotting.ports import SerialDevice as Device
 from handout.simulated.plotter.options import parse
@@ -20,7 +20,7 @@ NAMES = ("/dev/ttyUSB0", "/dev/ttyUSB1", "/dev/ttyACM0")
 @pytest.fixture(autouse=True)
 def quiet(monkeypatch):
     """Nobody announces himself on the network."""
-    monkeypatch.setattr(announcements, "listen", list)
+    monkeypatch.setattr(connections, "find_announced", list)
 
 
 class Nobody:

@@ -9,7 +9,7 @@ from benchmarks import damages, faults
 from benchmarks.damages import KINDS
 from benchmarks.faults import MACHINES, SHORTLY, Desk, Run, profile_of
 from handout.errors import DeviceHeld
-from handout.plotting.dialects.grbl.position_tracking import PositionTracking
+from handout.plotting.dialects.grbl.controller import PositionTracking
 from handout.plotting.jobs import runner, store
 from handout.plotting.jobs.journal import PlotJournal
 from handout.plotting.jobs.places import DrawnPlace

@@ -12,10 +12,9 @@ from cursive import page
 
 from handout import profiles
 from handout.errors import DeviceAlarm, DeviceGarbled, DeviceSilent, DoesNotFit, PortError
-from handout.plotting import open_port, plan, run
+from handout.plotting import observation, open_port, plan, run
 from handout.plotting.dialects import dialect
-from handout.plotting.driving import fidelity
-from handout.plotting.driving.overlap import ink
+from handout.plotting.overlap import ink
 
 PROFILE, ON_Z = profiles.find("simulated", "plotter"), profiles.find("grbl-z", "plotter")
 DRAWING, SHORT = page(words=4), page(words=2)
@@ -104,7 +103,7 @@ def test_an_interrupt_stops_the_machine_and_lifts_the_pen(profile, share):
     drawn = sum(stroke.length for stroke in port.executed_drawing().strokes)
     assert drawn < (share + 0.25) * DRAWING.pen_down
     again = run(plan(DRAWING, profile), port, profile)  # it knows where it is: the next sheet is in its place
-    assert fidelity.compare(DRAWING, port.executed_drawing()).deviation < 0.1 and again.lines > 100
+    assert observation.compare_strokes(DRAWING, port.executed_drawing()).deviation < 0.1 and again.lines > 100
 
 
 class Impatient:
@@ -167,7 +166,7 @@ def test_the_machines_own_limits_win_and_are_named():
     assert any("planned anew" in word for word in words)
     assert report.announced_s > made.duration and report.plan.profile.limits.acceleration == 600
     assert report.executed_s == pytest.approx(report.announced_s, rel=0.05)
-    assert fidelity.compare(DRAWING, port.executed_drawing()).deviation < 0.1
+    assert observation.compare_strokes(DRAWING, port.executed_drawing()).deviation < 0.1
 
 
 def test_a_machine_that_agrees_says_nothing():
@@ -207,7 +206,7 @@ def test_several_sheets_over_one_connection():
     for seed in (1, 2, 3):
         drawing = page(seed=seed, words=2)
         report = run(plan(drawing, PROFILE), port, PROFILE)
-        assert fidelity.compare(drawing, port.executed_drawing()).deviation < 0.1
+        assert observation.compare_strokes(drawing, port.executed_drawing()).deviation < 0.1
         assert report.executed_s == pytest.approx(report.announced_s, rel=0.05)
 
 
@@ -219,7 +218,7 @@ def test_every_origin_draws_the_page_the_right_way_round(zero, origin, y):
     profile = changed(PROFILE, "bed", zero=zero, origin=origin, y=y)
     port = open_port("sim:", profile)
     run(plan(SHORT, profile), port, profile)
-    assert fidelity.compare(SHORT, port.executed_drawing()).deviation < 0.1
+    assert observation.compare_strokes(SHORT, port.executed_drawing()).deviation < 0.1
 
 
 def test_homing_comes_first():
@@ -265,7 +264,7 @@ def test_what_comes_byte_by_byte_takes_the_time_that_it_takes(name):
     run(made, whole := open_port("sim:", profile), profile, log=usual.append)
     port.lay(SHORT.page, made.placement)
     run(made, Trickling(port), profile, log=words.append)
-    assert fidelity.compare(SHORT, port.executed_drawing()).deviation < 0.1 and words == usual
+    assert observation.compare_strokes(SHORT, port.executed_drawing()).deviation < 0.1 and words == usual
     assert port.executed_s == pytest.approx(whole.executed_s, rel=0.05)
 
 

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from handout import profiles
 from handout.plotting import plan
-from handout.plotting.planning import feeds, lookahead, toolpath
+from handout.plotting.planning import lookahead, toolpath
 from handout.profiles import Acceleration
 
 PROFILE = profiles.find("simulated", "plotter")
@@ -25,8 +25,8 @@ def test_fitted_feeds_keep_time_where_mean_speeds_come_late():
     way, lines = worked_out(page(words=6))
     draws, wanted = way.draws, way.requested_time
     mean = np.where(draws, lines.length / np.maximum(wanted, 1e-9), 100.0)
-    most = feeds.greatest(lines, 2000.0, 120.0)
-    fitted = feeds.fit(lines, wanted, mean, draws, most, 15)
+    most = lookahead.greatest(lines, 2000.0, 120.0)
+    fitted = lookahead.fit(lines, wanted, mean, draws, most, 15)
 
     def late(feed):
         return lookahead.run_planner(lines, feed, 15).duration[draws].sum() / wanted[draws].sum() - 1
@@ -43,9 +43,9 @@ def test_curves_are_not_taken_faster_than_the_acceleration_allows():
     angle = np.linspace(0, 2 * np.pi, 90)
     points = np.column_stack([np.cos(angle), np.sin(angle), 0 * angle])
     lines = lookahead.blocks(points, np.zeros(89, dtype=bool), toolpath.machine_of(PROFILE))
-    most = feeds.greatest(lines, 2000.0, 500.0)[1:-1]
+    most = lookahead.greatest(lines, 2000.0, 500.0)[1:-1]
     assert most == pytest.approx(np.sqrt(2000 * 2**0.5 * 1.0), rel=0.01)
-    assert feeds.greatest(lines, 2000.0, 20.0).max() == 20
+    assert lookahead.greatest(lines, 2000.0, 20.0).max() == 20
 
 
 def test_lost_time_is_made_up_nearby_and_only_there():
@@ -56,7 +56,7 @@ def test_lost_time_is_made_up_nearby_and_only_there():
     easy = lookahead.run_planner(lines, np.full(n, 40.0), 15).duration
     wanted = np.where(np.arange(n) == 60, 0.4 * easy, easy)
     most, drawn = np.full(n, 60.0), np.ones(n, dtype=bool)
-    feed = feeds.fit(lines, wanted, np.zeros(n), drawn, most, 15)
+    feed = lookahead.fit(lines, wanted, np.zeros(n), drawn, most, 15)
     took = lookahead.run_planner(lines, feed, 15).duration
     late, lost = np.cumsum(took - wanted), took[60] - wanted[60]
     assert lost > 0.002  # it cannot be done
@@ -78,12 +78,12 @@ def test_what_cannot_be_made_up_is_stretched_evenly():
 
 def test_nothing_drawn_needs_no_feeds():
     lines = lookahead.blocks(np.array([[0.0, 0, 0], [9, 0, 0]]), np.array([True]), toolpath.machine_of(PROFILE))
-    assert feeds.fit(lines, np.zeros(1), np.array([70.0]), np.array([False]), np.array([99.0]), 15) == [70.0]
+    assert lookahead.fit(lines, np.zeros(1), np.array([70.0]), np.array([False]), np.array([99.0]), 15) == [70.0]
 
 
 @given(st.floats(0, 500))
 def test_feeds_are_written_to_a_tenth_or_whole(feed):
-    minute = feeds.round_feed(np.array([feed]))[0]
+    minute = lookahead.round_feed(np.array([feed]))[0]
     assert minute >= 1
     assert minute == pytest.approx(max(feed * 60, 1), rel=0.05 if minute < 10 else 0.006)
     assert float(f"{minute:.1f}") == minute

@@ -19,12 +19,11 @@ from handout import hooks, profiles
 from handout.errors import DoesNotFit, InputError, ProfileError
 from handout.hooks import Go, Lift, Lower, Send, Wait
 from handout.plotting import open_port, plan
-from handout.plotting.dialects import DIALECTS, dialect
+from handout.plotting.dialects import DIALECTS, PenBlock, UserLines, dialect
 from handout.plotting.jobs import runner, store
 from handout.plotting.jobs.places import DrawnPlace, find_place
 from handout.plotting.jobs.store import JobOptions
 from handout.plotting.planning import hooking
-from handout.plotting.planning.blocks import PenBlock, UserLines
 from handout.profiles import Hooks, Length
 from handout.simulated.plotter.options import SimulatorOptions as Simulated
 from handout.values import Drawing, Page, Stroke

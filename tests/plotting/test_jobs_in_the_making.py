@@ -14,9 +14,8 @@ from handout import profiles
 from handout.errors import DoesNotFit, InputError
 from handout.plotting import bed
 from handout.plotting.jobs import runner, store
-from handout.plotting.jobs.job import JobOptions, load
-from handout.plotting.jobs.page_producer import ProducerProcess
-from handout.plotting.jobs.pages import NewPage
+from handout.plotting.jobs.pages import NewPage, ProducerProcess
+from handout.plotting.jobs.store import JobOptions, load
 from handout.simulated.plotter import SimulatedPlotter
 from handout.values import Drawing
 from handout_lab.ink_comparison import compare

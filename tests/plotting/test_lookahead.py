@@ -9,8 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from handout.plotting.planning import lookahead
-from handout.simulated.plotter.queue import Axes, MoveQueue
-from handout.simulated.plotter.stepper import Stepper
+from handout.simulated.plotter.planner import Axes, MoveQueue, Stepper
 
 MACHINE = lookahead.Machine(
     np.array([2000.0, 1500.0, 200.0]), np.array([150.0, 120.0, 20.0]), np.array([80.0, 100.0, 250.0]), 0.01, 15

@@ -5,10 +5,10 @@ import pytest
 
 from handout import profiles
 from handout.errors import DeviceAlarm, DoesNotFit, InputError
-from handout.plotting.driving.driver import connect, park
+from handout.plotting import pen_heights
+from handout.plotting.driver import connect, park
 from handout.plotting.jobs import runner, store
 from handout.plotting.jobs.store import JobOptions
-from handout.plotting.setup import manual, pen_heights
 from handout.simulated.plotter import SimulatedPlotter
 from handout.simulated.plotter.options import SimulatorOptions as Simulated
 
@@ -33,35 +33,35 @@ def at(plotter):
 
 @pytest.mark.parametrize("machine", MACHINES, indirect=True)
 def test_the_pen_goes_down_and_up(machine):
-    manual.move_and_locate(again(machine), lambda controller: controller.pen(True))
+    pen_heights.move_and_locate(again(machine), lambda controller: controller.pen(True))
     assert machine.pen_is_down
-    manual.move_and_locate(again(machine), lambda controller: controller.pen(False))
+    pen_heights.move_and_locate(again(machine), lambda controller: controller.pen(False))
     assert not machine.pen_is_down and at(machine) == (0, 0)
 
 
 @pytest.mark.parametrize("machine", MACHINES, indirect=True)
 def test_the_carriage_goes_a_way_and_home_with_the_pen_lifted(machine):
-    manual.move_and_locate(again(machine), lambda controller: controller.pen(True))
+    pen_heights.move_and_locate(again(machine), lambda controller: controller.pen(True))
     controller = again(machine)
     before = at(machine)
-    place = manual.move_and_locate(controller, lambda machine: manual.jog(machine, 12.0, 7.5))
+    place = pen_heights.move_and_locate(controller, lambda machine: pen_heights.jog(machine, 12.0, 7.5))
     assert not machine.pen_is_down and all(stroke.length == 0 for stroke in machine.executed_drawing().strokes)
     if machine.profile.dialect not in ("ebb",):  # whose motors are mixed
         assert [a - b for a, b in zip(at(machine), before, strict=True)] == pytest.approx([12.0, 7.5], abs=0.05)
     if place is not None:
         assert place == pytest.approx((12.0, 7.5), abs=0.05)
     if machine.profile.homing or controller.position() is not None:
-        assert manual.move_and_locate(controller, manual.home) == pytest.approx((0.0, 0.0), abs=0.02)
+        assert pen_heights.move_and_locate(controller, pen_heights.home) == pytest.approx((0.0, 0.0), abs=0.02)
         assert at(machine) == pytest.approx((0.0, 0.0), abs=0.05)
     else:
         with pytest.raises(DeviceAlarm, match="push its pen above its zero by hand"):
-            manual.home(controller)
+            pen_heights.home(controller)
 
 
 @pytest.mark.parametrize("machine", MACHINES, indirect=True)
 def test_motors_off_means_that_the_place_is_forgotten(machine):
     controller = again(machine)
-    manual.jog(controller, 10.0, 10.0)
+    pen_heights.jog(controller, 10.0, 10.0)
     if machine.profile.dialect == "hpgl":
         with pytest.raises(InputError, match="no command that switches its motors off"):
             controller.release()
@@ -69,7 +69,7 @@ def test_motors_off_means_that_the_place_is_forgotten(machine):
     controller.release()
     later = again(machine).position()
     assert later is None or max(map(abs, later)) < 0.02  # which is not believed either
-    manual.move_and_locate(again(machine), lambda controller: controller.pen(True))  # it wakes up
+    pen_heights.move_and_locate(again(machine), lambda controller: controller.pen(True))  # it wakes up
     assert machine.pen_is_down
 
 
@@ -77,11 +77,11 @@ def test_motors_off_means_that_the_place_is_forgotten(machine):
 def test_a_way_out_of_the_bed_is_refused(machine):
     controller = again(machine)
     with pytest.raises(DoesNotFit, match="more than the bed"):
-        manual.jog(controller, 1000.0, 0.0)
-    manual.jog(controller, 20.0, 20.0)
+        pen_heights.jog(controller, 1000.0, 0.0)
+    pen_heights.jog(controller, 20.0, 20.0)
     if controller.position() is not None:
         with pytest.raises(DoesNotFit, match="outside the bed"):
-            manual.jog(controller, -30.0, 0.0)
+            pen_heights.jog(controller, -30.0, 0.0)
     assert at(machine)[0] > 19
 
 

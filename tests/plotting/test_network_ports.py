@@ -10,8 +10,7 @@ from cursive import page
 
 from handout import profiles
 from handout.errors import InputError, PortError
-from handout.plotting import connections, open_port, plan, run
-from handout.plotting.driving import fidelity
+from handout.plotting import connections, observation, open_port, plan, run
 from handout.plotting.jobs import runner, store
 from handout.plotting.jobs.store import JobOptions
 from handout_lab.ink_comparison import compare
@@ -37,7 +36,7 @@ class Nobody:
 def test_a_plot_over_a_network_overruns_nothing(way, more):
     port, said = open_port(f"sim:?{way}{more}", PROFILE), []
     run(MADE, port, PROFILE, log=said.append)
-    assert fidelity.compare(DRAWING, port.executed_drawing()).deviation < 0.1
+    assert observation.compare_strokes(DRAWING, port.executed_drawing()).deviation < 0.1
     assert port.lost_bytes == 0 and said == []
     port.close()
     with pytest.raises(PortError, match=r"is lost: is the plotter still switched on, and on the network\?"):

@@ -12,10 +12,9 @@ from cursive import page
 from benchmarks import ebb
 from benchmarks.live import rests
 from handout import profiles
-from handout.plotting import plan, run
+from handout.plotting import observation, plan, plot_report, run
 from handout.plotting.dialects import dialect
-from handout.plotting.driving import fidelity, plot_report
-from handout.plotting.driving.observation import Observer
+from handout.plotting.observation import Observer
 from handout.profiles import Acceleration
 from handout.simulated.plotter import SimulatedPlotter
 from handout.simulated.plotter.options import SimulatorOptions
@@ -102,9 +101,9 @@ def test_answers_that_are_heard_late_are_no_rests(name, mean, seed):
     report = run(plan(drawing, plotter.profile, speed=0.5), plotter, plotter.profile)
     meant, told = report.plan.intended_drawing(), report.observation
     assert rests(meant, plotter.executed_drawing()) == [] and told.rests == ()
-    true = fidelity.measure_timing(meant, plotter.executed_drawing())
+    true = observation.measure_timing(meant, plotter.executed_drawing())
     assert told.least_correlation - 0.005 < true < told.correlation + 0.005
-    assert told.stretched == pytest.approx(fidelity.measure_stretch(meant, plotter.executed_drawing()), abs=0.01)
+    assert told.stretched == pytest.approx(observation.measure_stretch(meant, plotter.executed_drawing()), abs=0.01)
     doubt = f"(r {told.least_correlation:.2f} to {told.correlation:.2f})"
     exact = told.correlation - told.least_correlation < 0.005
     assert (doubt in plot_report.sentence([report])) != exact

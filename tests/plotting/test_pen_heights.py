@@ -7,8 +7,7 @@ import pytest
 
 from handout import profiles, shipped
 from handout.errors import InputError
-from handout.plotting.driving import driver
-from handout.plotting.setup import pen_heights, saved_heights
+from handout.plotting import driver, pen_heights
 from handout.simulated.plotter import SimulatedPlotter
 
 
@@ -137,7 +136,7 @@ def test_a_pen_that_is_clamped_hard_is_not_pressed(tmp_path):
     ):
         own, path = tmp_path / "own.toml", tmp_path / "plotter-mine.toml"
         own.write_text(text, encoding="utf-8")
-        saved_heights.save(own, path, saved_heights.lines(found, profile))
+        pen_heights.save_copy(own, path, pen_heights.list_changes(found, profile))
         assert profiles.read_profile(path).pen.pressed == found.down
 
 
@@ -170,7 +169,7 @@ def test_pens_without_heights_are_refused():
 def test_a_copy_keeps_all_but_the_heights(tmp_path):
     source = shipped.folder("devices") / "plotter-axidraw-v3.toml"
     path = tmp_path / "devices" / "plotter-mine.toml"
-    saved_heights.save(source, path, {"up": 20000.0, "down": 15000.5})
+    pen_heights.save_copy(source, path, {"up": 20000.0, "down": 15000.5})
     before, after = source.read_text(encoding="utf-8").splitlines(), path.read_text(encoding="utf-8").splitlines()
     changed = [(a, b) for a, b in zip(before, after, strict=True) if a != b]
     assert [b.split("#")[0].strip() for _, b in changed] == ["up = 20000", "down = 15000.5"]
@@ -182,7 +181,7 @@ def test_what_a_profile_cannot_have_is_not_written(tmp_path):
     source = shipped.folder("devices") / "plotter-grbl-z.toml"
     path = tmp_path / "plotter-mine.toml"
     with pytest.raises(InputError, match=r"plotter-mine.toml: pen.up = 1 must be higher"):
-        saved_heights.save(source, path, {"up": 1.0, "down": 2.0})
+        pen_heights.save_copy(source, path, {"up": 1.0, "down": 2.0})
     odd = tmp_path / "odd.toml"
     text = source.read_text(encoding="utf-8").replace("[pen]\n", "").replace("\nlift", "\npen.lift")
     head, _, rest = text.partition("[bed]")
@@ -190,11 +189,11 @@ def test_what_a_profile_cannot_have_is_not_written(tmp_path):
         rest.partition("pen.lift")[0]
     ), encoding="utf-8")  # fmt: skip
     with pytest.raises(InputError, match="write up = 3, down = 1 by hand"):
-        saved_heights.save(odd, path, {"up": 3.0, "down": 1.0})
+        pen_heights.save_copy(odd, path, {"up": 3.0, "down": 1.0})
     assert not path.exists()
 
 
 def test_a_pen_that_follows_pressure_presses_as_deep_as_before():
     own = profiles.find("grbl-z", "plotter")
     own = msgspec.structs.replace(own, pen=msgspec.structs.replace(own.pen, pressed=-0.5))
-    assert saved_heights.lines(pen_heights.Heights(3.0, 0.2), own) == {"up": 3.0, "down": 0.2, "pressed": -0.3}
+    assert pen_heights.list_changes(pen_heights.Heights(3.0, 0.2), own) == {"up": 3.0, "down": 0.2, "pressed": -0.3}

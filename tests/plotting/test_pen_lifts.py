@@ -9,10 +9,9 @@ from cursive import page
 
 from handout import profiles
 from handout.errors import ProfileError
-from handout.plotting import open_port, pen_lift, plan, run
+from handout.plotting import observation, open_port, pen_lift, plan, run
+from handout.plotting.dialects import MoveBlock, PenBlock, Timed
 from handout.plotting.dialects.grbl import protocol
-from handout.plotting.driving import fidelity
-from handout.plotting.planning.blocks import MoveBlock, PenBlock, Timed
 from handout.values import Drawing, Stroke
 
 SERVO, ON_Z = profiles.find("simulated", "plotter"), profiles.find("grbl-z", "plotter")
@@ -57,7 +56,7 @@ def test_a_z_axis_comes_down_slowly_and_goes_up_fast():
 def test_a_ramp_is_announced_and_draws_the_same(profile):
     drawing, ramped = page(words=3), with_pen(profile, ramp=profiles.Time(0.3))
     port, made = drawn(drawing, ramped)
-    assert fidelity.compare(drawing, port.executed_drawing()).deviation < 0.1
+    assert observation.compare_strokes(drawing, port.executed_drawing()).deviation < 0.1
     assert made.duration > plan(drawing, profile).duration + 0.1 * len(drawing.strokes)
 
 
@@ -65,7 +64,7 @@ def test_a_z_axis_follows_the_pressure():
     drawing = with_pressure(page(words=3), np.random.default_rng(3))
     profile = with_pen(ON_Z, pressed=-0.8)
     port, made = drawn(drawing, profile)
-    assert fidelity.compare(drawing, port.executed_drawing()).deviation < 0.1
+    assert observation.compare_strokes(drawing, port.executed_drawing()).deviation < 0.1
     pairs = [pair for pair in zip(drawing.strokes, port.executed_drawing().strokes, strict=True) if pair[0].length > 1]
     assert len(pairs) >= 3
     for meant, got in pairs:
@@ -81,7 +80,7 @@ def test_a_z_axis_may_count_downwards():
     drawing = with_pressure(page(words=2), np.random.default_rng(3))
     profile = with_pen(ON_Z, z="down", up=0.0, down=5.0, pressed=6.0)
     port, made = drawn(drawing, profile)
-    assert fidelity.compare(drawing, port.executed_drawing()).deviation < 0.1 and not port.pen_is_down
+    assert observation.compare_strokes(drawing, port.executed_drawing()).deviation < 0.1 and not port.pen_is_down
     assert 5.3 < max(block.z for block in made.blocks if isinstance(block, MoveBlock) and block.z is not None) <= 6
 
 
@@ -94,7 +93,7 @@ def test_the_servo_of_an_ebb_follows_the_pressure_in_small_steps(firmware):
     made = plan(drawing, profile)
     run(made, port, profile)
     got = port.executed_drawing()
-    assert fidelity.compare(drawing, got).deviation < 0.1 and not port.pen_is_down
+    assert observation.compare_strokes(drawing, got).deviation < 0.1 and not port.pen_is_down
     told = [block.servo for block in made.blocks if isinstance(block, Timed) and block.servo is not None]
     assert len(set(told)) > 6 and board.pen.down - 2000 <= min(told) and max(told) <= board.pen.down
     pairs = [pair for pair in zip(drawing.strokes, got.strokes, strict=True) if pair[0].length > 5]
@@ -153,7 +152,7 @@ def test_commands_of_ones_own_are_sent_as_they_are_once():
 def test_commands_of_ones_own_draw():
     profile, drawing = own_commands(), page(words=2)
     port, _ = drawn(drawing, profile)
-    assert fidelity.compare(drawing, port.executed_drawing()).deviation < 0.1 and not port.pen_is_down
+    assert observation.compare_strokes(drawing, port.executed_drawing()).deviation < 0.1 and not port.pen_is_down
 
 
 SERVO_PEN = 'lift = "servo"\nup = 40\ndown = 90\n'

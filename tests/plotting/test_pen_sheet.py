@@ -7,9 +7,8 @@ import pytest
 
 from handout import profiles
 from handout.errors import DoesNotFit
-from handout.plotting import bed, plan
-from handout.plotting.setup import panels, sheet
-from handout.plotting.setup.panels import Caption
+from handout.plotting import bed, plan, setup_sheet
+from handout.plotting.setup_sheet import Caption
 from handout.values import Drawing, Page, Stroke
 
 SIM = profiles.find("simulated", "plotter")
@@ -41,21 +40,21 @@ def with_play(lines, play):
 @pytest.mark.parametrize("along", [0, 1])
 @pytest.mark.parametrize("play", [0.0, 0.15, 0.3, 0.55])
 def test_the_vernier_reads_the_play(along, play):
-    panel = panels.vernier(along, "X", SIM, 1.0)
+    panel = setup_sheet.vernier(along, "X", SIM, 1.0)
     drawn = with_play(panel.lines, play)
     first, last = -4, 12
     count = last - first + 1
     up, down = drawn[1 : 1 + count], drawn[2 + count :][::-1]
     assert len(down) == count
     apart = [abs(a[-1, along] - b[-1, along]) for a, b in zip(up, down, strict=True)]
-    assert panels.STEP * (first + int(np.argmin(apart))) == pytest.approx(play)
+    assert setup_sheet.STEP * (first + int(np.argmin(apart))) == pytest.approx(play)
     labels = [caption.text for caption in panel.captions]
     assert labels == ["0", ".2", ".4", ".6", "X play"]
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("profile", [SIM, EBB], ids=["grbl", "ebb"])
-@pytest.mark.parametrize("ladder", [panels.straight, panels.loops])
+@pytest.mark.parametrize("ladder", [setup_sheet.straight, setup_sheet.loops])
 def test_a_ladder_is_drawn_at_the_speeds_it_says(profile, ladder):
     panel = ladder(profile, 1.0)
     made = plan(drawing(panel), profile)
@@ -77,7 +76,7 @@ def speeds(made, number):
 
 
 def test_lines_begin_with_the_rests_they_name():
-    panel = panels.starts(SIM, 1.0)
+    panel = setup_sheet.starts(SIM, 1.0)
     wanted = [int(caption.text) for caption in panel.captions if caption.text.isdigit()]
     xs = {round(float(line.xy[0, 0]), 6) for line in panel.lines}
     assert len(xs) == 1  # all begin on the rule
@@ -86,13 +85,13 @@ def test_lines_begin_with_the_rests_they_name():
         assert 1000 * still == pytest.approx(ms)
     made = plan(drawing(panel), SIM)
     short = plan(Drawing(drawing(panel).strokes[:1], PAGE), SIM)
-    moving = sum(line.length for line in panel.lines[1:]) / panels.pace(SIM)
+    moving = sum(line.length for line in panel.lines[1:]) / setup_sheet.pace(SIM)
     assert made.duration - short.duration > moving + sum(wanted) / 1000
 
 
 @pytest.mark.parametrize("profile", [SIM, EBB], ids=["grbl", "ebb"])
 def test_the_marks_of_tails_are_where_the_pen_would_be(profile):
-    panel = panels.ends(profile, 1.0)
+    panel = setup_sheet.ends(profile, 1.0)
     rule = panel.lines[0].xy[0, 0]
     shown = [int(caption.text) for caption in panel.captions if caption.text.isdigit()]
     marks = [line.xy[0, 0] - rule for line in panel.lines[1 : 1 + len(shown)]]
@@ -114,8 +113,8 @@ def test_the_marks_of_tails_are_where_the_pen_would_be(profile):
 @pytest.mark.parametrize("name", ["simulated", "midtbot", "hp-7475a"])
 def test_the_sheet_fits_what_the_machine_reaches(name):
     profile = profiles.find(name, "plotter")
-    page = sheet.usual_page(profile)
-    made = sheet.test_sheet(profile, page, np.random.default_rng(1))
+    page = setup_sheet.usual_page(profile)
+    made = setup_sheet.test_sheet(profile, page, np.random.default_rng(1))
     assert bed.beyond_paper(made) is None
     place = bed.place(page, profile)
     bed.check(np.concatenate([place.to_machine(stroke.xy) for stroke in made.strokes]), profile)
@@ -128,23 +127,23 @@ def test_the_sheet_fits_what_the_machine_reaches(name):
 
 def test_a_page_that_is_too_small_is_refused():
     with pytest.raises(DoesNotFit, match=r"does not fit into the .* of a page of 40 x 40 mm: use a larger --page"):
-        sheet.test_sheet(SIM, Page(40.0, 40.0), np.random.default_rng(1))
+        setup_sheet.test_sheet(SIM, Page(40.0, 40.0), np.random.default_rng(1))
 
 
 def test_what_cannot_be_set_is_left_out():
     hp = profiles.find("hp-7475a", "plotter")
-    names = [panel.name for panel in sheet._panels(hp, ("X", "Y"), 60.0, 1.0)]
+    names = [panel.name for panel in setup_sheet._panels(hp, ("X", "Y"), 60.0, 1.0)]
     assert "starts" not in names and "play X" in names
-    assert not any("pen.down_time" in line for line in sheet.how_to_read(hp))
-    assert any("pen.down_time" in line for line in sheet.how_to_read(SIM))
+    assert not any("pen.down_time" in line for line in setup_sheet.how_to_read(hp))
+    assert any("pen.down_time" in line for line in setup_sheet.how_to_read(SIM))
 
 
 def test_captions_stand_where_they_are_put():
     captions = [Caption("80 mm", 30.0, 50.0, 1.5), Caption("play", 90.0, 120.0, 3.0)]
-    made = sheet.write_captions(captions, "house-print", PAGE, np.random.default_rng(2), 1.0)
+    made = setup_sheet.write_captions(captions, "house-print", PAGE, np.random.default_rng(2), 1.0)
     words = [[s.xy for s in made.strokes if (s.xy[:, 1].mean() < 80) == (n == 0)] for n in range(2)]
     for caption, strokes in zip(captions, words, strict=True):
         xy = np.concatenate(strokes)
         assert xy[:, 0].min() == pytest.approx(caption.x, abs=0.4)
         assert np.percentile(xy[:, 1], 70) == pytest.approx(caption.y, abs=0.7 * caption.x_height)
-    assert re.match(r"[ -~]+: up 40, down 90", sheet._title(SIM))
+    assert re.match(r"[ -~]+: up 40, down 90", setup_sheet._title(SIM))

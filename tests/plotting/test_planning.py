@@ -12,10 +12,9 @@ from hypothesis import strategies as st
 
 from handout import profiles
 from handout.errors import InputError
-from handout.plotting import open_port, plan, run
-from handout.plotting.driving import fidelity
-from handout.plotting.planning import pace
-from handout.plotting.planning.blocks import MoveBlock, Pause, PenBlock
+from handout.plotting import observation, open_port, plan, run
+from handout.plotting.dialects import MoveBlock, Pause, PenBlock
+from handout.plotting.planning.plan import DEVIATION, find_shortest_segment
 from handout.profiles import Acceleration
 from handout.values import Drawing, Page, Stroke
 
@@ -42,11 +41,11 @@ def test_the_page_is_drawn_as_it_was_announced(acceleration, lift):
     profile = msgspec.structs.replace(profile, limits=limits)
     drawing = page(seed=acceleration, words=6)
     made, report, port = executed(drawing, profile)
-    found = fidelity.compare(drawing, port.executed_drawing())
+    found = observation.compare_strokes(drawing, port.executed_drawing())
     assert found.deviation < 0.1
     assert report.executed_s == pytest.approx(made.duration, rel=0.05)
     assert found.stretched == pytest.approx(made.stretched, rel=0.01) == pytest.approx(report.stretched, rel=0.01)
-    predicted = fidelity.compare(made.intended_drawing(), made.predicted_drawing())
+    predicted = observation.compare_strokes(made.intended_drawing(), made.predicted_drawing())
     assert found.correlation == pytest.approx(predicted.correlation, abs=0.01)
     assert found.timed == pytest.approx(predicted.timed, abs=0.01)
     assert found.correlation > (0.94 if acceleration == 1000 else 0.99)
@@ -59,7 +58,7 @@ def test_the_path_is_kept_at_any_speed(seed, x_height, speed):
     drawing = page(seed=seed, words=3, x_height=x_height)
     made, report, port = executed(drawing, PROFILE, speed=speed)
     for stroke, drawn in zip(drawing.strokes, port.executed_drawing().strokes, strict=True):
-        assert fidelity.deviation_of(stroke, drawn) < 0.1
+        assert observation.deviation_of(stroke, drawn) < 0.1
     assert report.executed_s == pytest.approx(made.duration, rel=0.05)
     assert port.lost_bytes == 0
 
@@ -72,7 +71,7 @@ def test_speed_is_a_multiple_of_the_hand():
     assert durations[1].sum() > durations[0].sum() * 1.3
     slow = plan(drawing, PROFILE, speed=0.5)
     assert slow.stretched == pytest.approx(1, abs=0.01)
-    assert fidelity.compare(slow.intended_drawing(), slow.predicted_drawing()).correlation > 0.995
+    assert observation.compare_strokes(slow.intended_drawing(), slow.predicted_drawing()).correlation > 0.995
     fast = plan(drawing, PROFILE, speed="fast")
     assert fast.stretched < 0.9 and fast.duration < plan(drawing, PROFILE).duration
     assert draws.any()
@@ -122,7 +121,7 @@ def test_at_says_where_the_pen_is():
 def test_predicted_is_what_the_simulated_plotter_does():
     drawing = page(words=6)
     made, _, port = executed(drawing, PROFILE)
-    found = fidelity.compare(made.predicted_drawing(), port.executed_drawing())
+    found = observation.compare_strokes(made.predicted_drawing(), port.executed_drawing())
     assert found.stretched == pytest.approx(1, abs=1e-3) and found.timed > 0.998 and found.deviation < 0.05
 
 
@@ -131,7 +130,7 @@ def test_a_page_too_small_for_the_writing_speed_is_stretched_not_distorted():
     drawing = page(words=3)
     made, _, port = executed(drawing, slow)
     assert made.stretched > 1.5
-    assert fidelity.compare(drawing, port.executed_drawing()).deviation < 0.1
+    assert observation.compare_strokes(drawing, port.executed_drawing()).deviation < 0.1
 
 
 def test_dots_rest_on_the_paper():
@@ -198,9 +197,9 @@ def lost(profile, speed):
     A cut keeps within its deviation, and leaves out what is nearer to a breakpoint than a segment is long at least;
     "fast" cuts twice.  Then come whole micrometres, and up to a step in each axis.
     """
-    allowed = (pace.DEVIATION, pace.DEVIATION / 2)[: 2 if speed == "fast" else 1]
+    allowed = (DEVIATION, DEVIATION / 2)[: 2 if speed == "fast" else 1]
     steps = np.sqrt(2) / profile.limits.steps_per_mm
-    return sum(deviation + pace.shortest(profile) for deviation in allowed) + 0.001 + steps
+    return sum(deviation + find_shortest_segment(profile) for deviation in allowed) + 0.001 + steps
 
 
 def hausdorff(a, b):

@@ -10,8 +10,7 @@ from cursive import page
 
 from handout import profiles
 from handout.errors import InputError
-from handout.plotting import open_port, plan, run
-from handout.plotting.driving import fidelity, plot_report
+from handout.plotting import observation, open_port, plan, plot_report, run
 from handout.profiles import Acceleration
 from handout.values import Drawing, Page, Stroke
 
@@ -106,7 +105,7 @@ def test_a_drawing_without_time_is_compared_with_the_best_the_machine_can_do():
     assert told["correlation"] > 0.98 and told["stretched"] == pytest.approx(1, abs=0.02)
     port = open_port("sim:", PROFILE)
     run(made, port, PROFILE)
-    assert fidelity.deviation_of(untimed.strokes[0], port.executed_drawing().strokes[0]) < 0.05
+    assert observation.deviation_of(untimed.strokes[0], port.executed_drawing().strokes[0]) < 0.05
 
 
 def test_dots_without_time_are_no_rests():

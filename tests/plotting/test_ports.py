@@ -11,8 +11,7 @@ from cursive import page
 
 from handout import profiles
 from handout.errors import InputError, PortError
-from handout.plotting import open_port, plan, run, serial_ports
-from handout.plotting.driving import fidelity
+from handout.plotting import observation, open_port, plan, run, serial_ports
 from handout.simulated.plotter import SimulatedPlotter
 
 PROFILE = profiles.find("simulated", "plotter")
@@ -90,7 +89,9 @@ def test_a_plot_through_a_serial_line():
         plotter.lay(drawing.page, made.placement)
         report = run(made, port, PROFILE)
         assert report.stretched == pytest.approx(made.stretched) and 0 < report.executed_s < 60
-        assert fidelity.compare(drawing, plotter.executed_drawing()).deviation < 0.1 and plotter.lost_bytes == 0
+        assert (
+            observation.compare_strokes(drawing, plotter.executed_drawing()).deviation < 0.1 and plotter.lost_bytes == 0
+        )
     finally:
         end.set()
         thread.join()
@@ -126,7 +127,7 @@ def test_a_plot_through_a_socket_and_a_broken_connection():
         made = plan(drawing, PROFILE)
         plotter.lay(drawing.page, made.placement)
         run(made, port, PROFILE)
-        assert fidelity.compare(drawing, plotter.executed_drawing()).deviation < 0.1
+        assert observation.compare_strokes(drawing, plotter.executed_drawing()).deviation < 0.1
         end.set()
         ended.wait(5)
         with pytest.raises(PortError, match="is lost: is the plotter still switched on"):

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from test_planning import hausdorff
 
-from handout.plotting.driving.fidelity import deviation_of
+from handout.plotting.observation import deviation_of
 from handout.plotting.planning import segments
 from handout.values import Stroke
 

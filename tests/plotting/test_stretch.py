@@ -12,8 +12,8 @@ from handout import profiles
 from handout.errors import InputError
 from handout.plotting import plan
 from handout.plotting.jobs import store
+from handout.plotting.jobs.parts import SheetStretch, name_stretch, pieces
 from handout.plotting.jobs.store import JobOptions
-from handout.plotting.jobs.stretch import SheetStretch, name_stretch, pieces
 
 PROFILE = profiles.find("simulated", "plotter")
 TEXTS = (["Dear", "Ada,", "thank", "you"], ["for", "the", "letter", "and", "the", "stamps."])

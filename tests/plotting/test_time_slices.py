@@ -12,10 +12,9 @@ from hypothesis import strategies as st
 from test_planning import awkward, hausdorff
 
 from handout import profiles
-from handout.plotting import plan
-from handout.plotting.driving import fidelity
-from handout.plotting.planning import time_scaling, time_slices
-from handout.plotting.planning.blocks import Pause, PenBlock, Timed
+from handout.plotting import observation, plan
+from handout.plotting.dialects import Pause, PenBlock, Timed
+from handout.plotting.planning import time_slices
 from handout.plotting.planning.segments import Trajectory, on_one_clock
 from handout.profiles import Acceleration
 from handout.values import Drawing, Page, Stroke
@@ -60,7 +59,7 @@ def test_no_more_is_asked_than_the_machine_can_do(acceleration):
 def test_a_hand_within_the_limits_is_left_alone():
     drawing = page(words=6)
     made = plan(drawing, machine(acceleration=Acceleration(20000)))
-    found = fidelity.compare(made.intended_drawing(), made.predicted_drawing())
+    found = observation.compare_strokes(made.intended_drawing(), made.predicted_drawing())
     assert made.stretched == pytest.approx(1, abs=1e-4) and found.timed_rms < 5e-3 and found.timed > 0.999
     for stroke, there in zip(drawing.strokes, drawn(made), strict=True):
         if stroke.length:
@@ -72,8 +71,8 @@ def test_time_is_given_where_it_is_missing_and_nowhere_else():
     t = np.arange(0, 3, 0.005)
     x = 20 + 10 * t + 15 * np.tanh((t - 1.5) / 0.06)
     drawing = Drawing((Stroke(t, np.stack([x, np.full_like(x, 40)], axis=1)),), Page(148, 210))
-    path = time_scaling.smooth_trajectory(on_one_clock([drawing.strokes[0].t], [drawing.strokes[0].xy]))
-    slow = time_scaling.slow_down(path, time_slices.motion_limits(machine(acceleration=Acceleration(1000))))
+    path = time_slices.smooth_trajectory(on_one_clock([drawing.strokes[0].t], [drawing.strokes[0].xy]))
+    slow = time_slices.slow_down(path, time_slices.motion_limits(machine(acceleration=Acceleration(1000))))
     longer = np.diff(slow.trajectory.t) / np.diff(path.trajectory.t)
     at = path.trajectory.t[1:]
     assert longer.max() > 1.3 and (longer >= 1 - 1e-9).all()
@@ -92,7 +91,7 @@ def test_lines_slow_down_at_their_corners():
         assert len(near)
         speeds = np.hypot(*np.diff(stroke.xy, axis=0).T) / np.diff(stroke.t)
         assert speeds[near[0]] < 20 < speeds.max()
-    assert fidelity.deviation_of(drawing.strokes[0], stroke) < 0.03
+    assert observation.deviation_of(drawing.strokes[0], stroke) < 0.03
 
 
 def test_fast_is_as_fast_as_motors_and_acceleration_allow():
@@ -119,7 +118,7 @@ def test_travels_speed_up_and_brake():
 
 def test_motors_turn_round_between_slices():
     made = plan(page(words=4), machine(acceleration=Acceleration(5000)))
-    path = time_scaling.smooth_trajectory(
+    path = time_slices.smooth_trajectory(
         on_one_clock(
             [s.t for s in made.drawing.strokes], [made.placement.to_machine(s.xy) for s in made.drawing.strokes]
         )
@@ -168,7 +167,7 @@ def test_awkward_strokes_are_planned_all_the_same(drawing, speed, gantry):
 def test_a_path_is_followed_between_its_samples():
     t = np.linspace(0, 2, 401)
     circle = np.stack([50 + 5 * np.cos(5 * t), 50 + 5 * np.sin(5 * t)], axis=1)
-    path = time_scaling.smooth_trajectory(Trajectory(t[::2], circle[::2], np.zeros(201, dtype=int)))
+    path = time_slices.smooth_trajectory(Trajectory(t[::2], circle[::2], np.zeros(201, dtype=int)))
     assert np.hypot(*(path.places_at(t) - circle).T)[4:-4].max() < 1e-3
 
 

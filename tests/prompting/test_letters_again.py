@@ -1,8 +1,7 @@
 """Sheets for letters of which a hand has few sure ones."""
 
 from handout.prompting import corpus, prompt_pages
-from handout.prompting.coverage import LEAST
-from handout.prompting.sentence_choice import frequencies_again, letters_again
+from handout.prompting.sentence_choice import LEAST, frequencies_again, letters_again
 
 
 def test_letters_count_as_much_as_they_lack():

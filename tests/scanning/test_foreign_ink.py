@@ -5,9 +5,8 @@ import numpy as np
 import pytest
 
 from handout.hand.page_editor import line_alone
-from handout.scanning.foreign_ink import foreign_ink
 from handout.scanning.scan import Scan
-from handout.scanning.written_page import find_ink, prepare
+from handout.scanning.written_page import find_ink, foreign_ink, prepare
 from handout.values import LineGraph
 
 PAPER = np.array([226, 214, 185])

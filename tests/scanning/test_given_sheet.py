@@ -9,9 +9,8 @@ from reportlab.pdfgen.canvas import Canvas
 from sheets import kinds, on_a_desk, photographed, printed, scanned, sheet
 
 from handout.errors import InputError
-from handout.scanning.given_sheet import read_sheet, sheet_file
-from handout.scanning.printed_areas import find_print, free_area
-from handout.scanning.printed_lines import find_printed_lines
+from handout.scanning.page_layout import read_sheet, sheet_file
+from handout.scanning.printed_lines import find_print, find_printed_lines, free_area
 
 
 def taken(path, rgb, **how):

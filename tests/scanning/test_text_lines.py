@@ -92,10 +92,7 @@ def test_uneven_spacing_with_a_known_count():
 def test_places_know_their_line():
     rules = find_text_lines(mask_of(4), 300.0)
     assert rules.nearest(np.array([[50.0, 11.0], [50.0, 20.5], [50.0, 38.0]])).tolist() == [0, 1, 3]
-    place = rules.line_space(
-        np.array([[rules.lines[1].left, float(rules.lines[1].baseline(rules.lines[1].left)) - 9.0]]), 1
-    )
-    assert place[0] == pytest.approx([0.0, 1.0], abs=0.02)
+    assert rules.pitch == pytest.approx(9.0, abs=0.02 * 9.0)
 
 
 def test_nothing_to_find():

@@ -18,7 +18,6 @@ def test_a_page_is_read(tmp_path):
     assert len(read.text_lines.lines) == 4
     assert read.notes == ()
     assert read.density.values.shape == read.mask.ink.shape == read.matte.rgba.shape[:2] == scan.shape
-    assert set(read.seconds) == {"scan", "paper", "inks", "density", "mask", "text lines", "graph", "matte"}
     on = np.rint(read.graph.uv).astype(int)
     assert read.mask.ink[on[:, 1], on[:, 0]].mean() > 0.98
     again = read_page(path)

@@ -24,7 +24,7 @@ def noise_reading(rng: np.random.Generator, columns: int) -> ColumnReading:
 
 def segment_score(reading: ColumnReading, kind: str, letter: str, a: int, b: int) -> float:
     """By the definition, column by column; −inf where the segment is not allowed."""
-    long, terms = b - a, reading.terms
+    long, terms = b - a, TERMS
     space, gap = np.diff(reading.space), np.diff(reading.gap)
     if kind == "edge":
         return space[a:b].sum()

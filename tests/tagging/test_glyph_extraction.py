@@ -13,6 +13,7 @@ from handout.scanning.scan import Scan
 from handout.scanning.written_page import read_page
 from handout.tagging.glyph_extraction import reaches_edge
 from handout.tagging.page_tagging import hand_of_pages, pen_of_pages, tag_page
+from handout.tagging.segmentation import by_segments_once
 from handout.values import LineGraph
 
 
@@ -40,7 +41,7 @@ def test_letters_cut_at_each_edge_are_doubted_and_come_back(small_scan, tmp_path
     cuts = {"upper": (top + 9, 0, 0, 0), "left": (0, left + 9, 0, 0)}
     cuts |= {"lower": (0, 0, height - bottom + 9, 0), "right": (0, 0, 0, width - right + 9)}
     written = read_page(crop(small_scan, *cuts[edge]))
-    made = tag_page(written, small_scan.written, rng=np.random.default_rng(1), method="segments-once")
+    made = tag_page(written, small_scan.written, rng=np.random.default_rng(1), method=by_segments_once)
     assert inside(made.page.graph, made.page.shape)
     cut = [glyph for glyph in made.glyphs if glyph.confidence == 0.0]
     assert cut and "the edge of the picture cuts" in made.notes[-1]

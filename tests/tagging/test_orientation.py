@@ -9,7 +9,7 @@ from handout.errors import InputError
 from handout.scanning.scan import Scan
 from handout.scanning.text_lines import find_text_lines
 from handout.scanning.written_page import find_ink, prepare
-from handout.tagging.orientation import find_turn, orientation_name
+from handout.tagging.page_sources import find_turn, orientation_name
 
 OTHER = "Quantum flux zig-zagged\nby 27 wax boxes, Dr. K\nwhy shrug at Puck?"
 

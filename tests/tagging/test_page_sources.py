@@ -11,6 +11,7 @@ from handout.errors import InputError
 from handout.tagging import page_sources
 from handout.tagging.glyph_extraction import Missing
 from handout.tagging.page_sources import chosen_pages, common_scale, gather_sources, tagged_pages
+from handout.tagging.segmentation import by_segments_once
 
 
 @pytest.fixture(autouse=True)
@@ -110,7 +111,7 @@ def test_pages_of_a_hand_share_their_scale_of_ink(two, monkeypatch):
 
     monkeypatch.setattr(page_sources, "find_ink", noted)
     said = []
-    made = list(tagged_pages(two, 0, None, said.append, method="segments-once"))
+    made = list(tagged_pages(two, 0, None, said.append, method=by_segments_once))
     assert [np.array_equal(one.counts, scale.counts) for one in used] == [True, True]
     assert [one.page.source for one in made] == ["page.png", "pale.png"] and "Page 2 of 2" in "".join(said)
 
@@ -118,7 +119,7 @@ def test_pages_of_a_hand_share_their_scale_of_ink(two, monkeypatch):
 @pytest.mark.slow
 def test_a_page_scanned_upside_down_is_turned_and_that_is_said(two, small_page):
     said, source = [], replace(two[0], prepared=two[0].prepared.turn_quarters(2))
-    (made,) = tagged_pages([source], 0, None, said.append, method="segments-once")
+    (made,) = tagged_pages([source], 0, None, said.append, method=by_segments_once)
     assert "the page lies upside down: turned upright" in "".join(said)
     assert [glyph.letter for glyph in made.glyphs] == [glyph.letter for glyph in small_page.made.glyphs]
 

@@ -14,6 +14,7 @@ from handout.tagging import page_tagging
 from handout.tagging.alignment import align
 from handout.tagging.glyph_extraction import scanned_page
 from handout.tagging.page_tagging import hand_of_pages, tag_page, with_transcript_lines
+from handout.tagging.segmentation import by_segments_once
 from handout.writing.glyph_index import index_glyphs
 
 
@@ -74,7 +75,7 @@ def test_what_is_not_there_is_listed(small_page, monkeypatch):
 
     monkeypatch.setattr(page_tagging, "align", without)
     rng = np.random.default_rng(1)
-    made = tag_page(small_page.read, small_page.written, rng=rng, method="segments-once")
+    made = tag_page(small_page.read, small_page.written, rng=rng, method=by_segments_once)
     (gone,) = made.missing
     assert (gone.at, gone.letter, gone.line) == (4, "v", 0)
     assert "v (line 1)" in made.notes[-1] and "line 3" in made.notes[-2]
@@ -88,7 +89,7 @@ def test_what_is_not_there_is_listed(small_page, monkeypatch):
 def test_a_transcript_of_the_wrong_case_is_said_and_its_letters_are_not_written(small_page):
     wrong = small_page.written.replace("minute hens", "minute henS", 1)
     assert wrong != small_page.written and small_page.made.cases == ()
-    made = tag_page(small_page.read, wrong, rng=np.random.default_rng(1), method="segments-once")
+    made = tag_page(small_page.read, wrong, rng=np.random.default_rng(1), method=by_segments_once)
     assert [made.glyphs[i].letter for i in made.cases] == ["S"]
     assert any("not of the case that the transcript has: S in “henS” (line 2)" in note for note in made.notes)
     assert vet(hand_of_pages("small", [made])).refused[list(made.cases)].all()
@@ -104,7 +105,7 @@ def test_a_transcript_of_the_wrong_case_is_said_and_its_letters_are_not_written(
 
 def test_struck_out_words_are_no_letters(small_page):
     text = small_page.written.replace("minute", "~~minute~~")
-    made = tag_page(small_page.read, text, rng=np.random.default_rng(1), method="segments-once")
+    made = tag_page(small_page.read, text, rng=np.random.default_rng(1), method=by_segments_once)
     assert "".join(glyph.letter for glyph in made.glyphs) == small_page.written.replace("minute", "").replace(
         " ", ""
     ).replace("\n", "")

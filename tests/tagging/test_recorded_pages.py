@@ -16,12 +16,13 @@ from handout.motion.trace import letters_of_samples, trace
 from handout.sources.unipen import from_unipen
 from handout.tagging.page_sources import tagged_pages
 from handout.tagging.page_tagging import hand_of_pages
-from handout.tagging.recorded_pages import page_source, recorded_pages
-from handout.tagging.recording import (
+from handout.tagging.recorded_pages import (
     RecordedPage,
     labelled_pieces,
     laid_out,
+    page_source,
     pieces_x_height,
+    recorded_pages,
     turns,
     x_height_of_strokes,
 )

@@ -7,8 +7,14 @@ from handout.alphabet import JUNK, LETTERS, SPACE, state
 from handout.hand import library
 from handout.prompting import corpus
 from handout.tagging.line_space import ABOVE, HEIGHT, INKY, STEP, X_HEIGHT
-from handout.tagging.synthetic_lines import column_states, sampled_columns, write_lines
-from handout.tagging.synthetic_writers import random_habits, random_writer, texts
+from handout.tagging.synthetic_lines import (
+    column_states,
+    random_habits,
+    random_writer,
+    sampled_columns,
+    texts,
+    write_lines,
+)
 
 HANDS = [library.load(name) for name in ("house-joined", "house-print", "house-quick")]
 TEXT = "Six bold foxes jumped over the quiet dog, then slept until noon in the long wet grass."

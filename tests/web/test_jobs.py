@@ -146,6 +146,7 @@ def test_a_table_is_looked_at_before_it_is_kept_and_rows_are_left_out(program):
     one = f"/api/batches/{program.post('/api/batches', json=asked).json()['batch']}"
     program.post(f"{one}/proof")
     assert "nothing to make" in program.post(f"{one}/approval", json={"left_out": [2, 3]}).json()["error"]
+    assert "has no row 9" in program.post(f"{one}/approval", json={"left_out": [2, 9]}).json()["error"]
     assert program.post(f"{one}/approval", json={"left_out": [2]}).json()["left_out"] == [2]
     done = program.post(f"{one}/make", json={}).json()["facts"]
     assert [row["state"] for row in done["rows"]] == ["left out", "done"] and done["complete"]
@@ -173,6 +174,29 @@ def test_a_batch_is_shared_by_two_plotters_stops_and_goes_on(program):
     assert sorted(row["state"] for row in stopped["rows"]) != ["done", "done"]  # that which is drawn at true speed
     done = program.post(f"{one}/make", json={"port": AT_ONCE}).json()["facts"]
     assert done["complete"] and [row["state"] for row in done["rows"]] == ["done", "done"]
+
+
+def test_what_the_simulated_plotter_drew_of_a_batch_for_a_real_one_is_not_made(program, monkeypatch):
+    made = batch(program, to="plotter", device="plotter-grbl-servo")
+    one = f"/api/batches/{made['batch']}"
+    program.post(f"{one}/proof")
+    program.post(f"{one}/approval")
+    for _ in range(2):
+        tried = program.post(f"{one}/make", json={"port": AT_ONCE}).json()["facts"]
+        assert tried["state"] == "approved" and tried["rehearsed"]
+        assert [row["state"] for row in tried["rows"]] == ["simulated", "simulated"]
+    said = program.post(f"{one}/make", json={"port": [AT_ONCE, "/dev/ttyUSB7"]}).json()["error"]
+    assert "comes on paper" in said or "no port" in said
+
+
+def test_rows_that_a_plotter_cannot_draw_are_told_and_stay_told(program):
+    made = batch(program, to="plotter", device="plotter-axidraw-minikit", page="A5")
+    one = f"/api/batches/{made['batch']}"
+    proof = program.post(f"{one}/proof").json()["facts"]["proof"]
+    assert "use a larger bed" in proof["look_at"][0]["why"][0], "a page has no --fit"
+    program.post(f"{one}/approval")
+    program.post(f"{one}/make", json={"port": AT_ONCE})
+    assert ["outside the bed" in row["state"] for row in program.get(one).json()["rows"]] == [True, True]
 
 
 def test_rows_that_cannot_be_made_are_left_out_of_a_batch_that_is_approved(program):

@@ -41,14 +41,14 @@ def test_a_text_is_written_changed_watched_and_downloaded(page):
     kept(page, "write")
     page.get_by_label("Text", exact=True).fill("Dear Ada, here is a card")
     page.locator("details.more").evaluate("part => part.open = true")
-    page.get_by_label("Seed", exact=True).fill("4")
-    page.locator(".told", has_text=re.compile("seed 4$")).wait_for()
+    page.get_by_label("Number of the version", exact=True).fill("4")
+    page.locator(".told", has_text=re.compile("version 4$")).wait_for()
     first = page.locator(".sheet path.stroke").first.get_attribute("d")
     assert axe(page) == []
     page.get_by_role("button", name="Write it another way").click()
-    page.locator(".told", has_text=re.compile("seed 4$")).wait_for(state="detached")
-    page.get_by_label("Seed", exact=True).fill("4")
-    page.locator(".told", has_text=re.compile("seed 4$")).wait_for()
+    page.locator(".told", has_text=re.compile("version 4$")).wait_for(state="detached")
+    page.get_by_label("Number of the version", exact=True).fill("4")
+    page.locator(".told", has_text=re.compile("version 4$")).wait_for()
     assert page.locator(".sheet path.stroke").first.get_attribute("d") == first
     page.get_by_label("Hand", exact=True).select_option("house-print")
     page.wait_for_selector(f'.sheet svg:not(:has(path.stroke[d="{first}"])) path.stroke')
@@ -305,7 +305,9 @@ def test_a_text_goes_to_the_plotter_and_its_pen_is_seen(page):
     page.get_by_role("button", name="Look at it on the bed").click()
     page.locator(".bed .stroke.pale").first.wait_for()
     assert axe(page) == []
-    assert page.get_by_label("Connected at").input_value() == "sim:", "no machine is chosen unasked"
+    assert page.get_by_label("Connected at").input_value() == "", "no machine is chosen unasked, nor the simulated one"
+    page.get_by_role("button", name="Draw", exact=True).press("Enter")
+    page.locator(".bad", has_text="Choose first where the plotter is connected").wait_for()
     page.get_by_label("Connected at").select_option("sim:?realtime=1")
     page.get_by_role("button", name="Draw", exact=True).press("Enter")
     page.locator(".bed .nib:not([hidden])").wait_for()
@@ -317,7 +319,7 @@ def test_a_text_goes_to_the_plotter_and_its_pen_is_seen(page):
     page.get_by_text("It ended: it was stopped at the page.").wait_for()
     page.get_by_label("Connected at").select_option("sim:")
     page.get_by_role("button", name="Continue").press("Enter")
-    page.get_by_text("All of it is on paper.").wait_for()
+    page.get_by_text("nothing is on paper").wait_for()
 
 
 def test_a_plot_with_two_pens_pauses_and_goes_on(page):
@@ -337,13 +339,17 @@ def test_a_plot_with_two_pens_pauses_and_goes_on(page):
     page.get_by_role("button", name="Pause").press("Enter")
     page.get_by_text("The plot pauses, its pen lifted.").wait_for()
     page.get_by_role("button", name="Continue").press("Enter")
-    page.get_by_text("All of it is on paper.").wait_for()
+    page.get_by_text("nothing is on paper").wait_for()
     assert page.locator(".pens td", has_text="drawn").count() == 2
     page.goto(page.home + "#write")
     page.get_by_label("Kind of text").select_option("text")
 
 
 def given(page, name, text):
+    page.locator(".flow .steps").wait_for()
+    if (back := page.get_by_role("button", name="Table", exact=True)).count():
+        back.press("Enter")
+        page.get_by_text("Another table").wait_for()
     page.get_by_label("table", exact=False).first.set_input_files(
         {"name": name, "mimeType": "text/csv", "buffer": text.encode()}
     )
@@ -371,6 +377,7 @@ def test_letters_are_made_from_a_table_by_pressing_what_comes_next(page):
     assert axe(page) == []
     press("Next: a proof of every letter")
     press("Leave out: row 3")
+    assert page.get_by_role("button", name="Leave out: row 3").get_attribute("aria-pressed") == "true"
     kept(page, "table-proof", 2500)
     assert page.locator(".proofs img").count() == 10 and axe(page) == []
     press("Approve the other 9")
@@ -389,6 +396,7 @@ def test_a_table_s_odd_rows_and_a_letter_s_wrong_gaps_are_told_before_anything_i
     given(page, "people.csv", "First name,Gift\nAda,jam\nAda,jam\nZoë,\n")
     page.get_by_text("3 rows").wait_for()
     page.get_by_text("rows 2 and 3 are the same", exact=False).wait_for()
+    assert "--" not in page.locator(".flow-body").inner_text(), "what is typed at a terminal is no help here"
     page.get_by_role("button", name="Next: the letter").press("Enter")
     page.get_by_label("Letter", exact=True).fill("Dear {{ first_nam }}")
     page.locator(".bad", has_text="did you mean first_name?").wait_for()
@@ -398,8 +406,8 @@ def test_a_table_s_odd_rows_and_a_letter_s_wrong_gaps_are_told_before_anything_i
     page.get_by_role("button", name="gift").press("Enter")
     page.locator('.sheet svg[aria-label="Dear Ada, thank you for the jam"]').wait_for()
     page.get_by_role("button", name="Row before").press("Enter")
-    page.get_by_text("row 4: Zoë").wait_for()
-    page.locator(".asks .bad", has_text="gift").wait_for()
+    page.get_by_text("Zoë").wait_for()
+    page.locator(".asks .bad", has_text="line 1 of the letter: 'gift' is empty").wait_for()
     page.get_by_role("button", name="Next: the paper").press("Enter")
     page.get_by_text("No envelopes").wait_for()
     with page.expect_response("**/api/drafts/batch"):
@@ -411,3 +419,51 @@ def test_a_table_s_odd_rows_and_a_letter_s_wrong_gaps_are_told_before_anything_i
     page.get_by_text("1 row cannot be made").wait_for()
     page.get_by_role("button", name="Change the letter").press("Enter")
     assert "gift" in page.get_by_label("Letter", exact=True).input_value()
+
+
+def test_many_rows_of_one_fault_are_told_once_and_every_row_can_be_looked_at(page):
+    page.goto(page.home + "#table")
+    page.reload()
+    rows = [f"{'' if number % 3 else f'Ada {number}'},jam{',of figs' if number == 6 else ''}" for number in range(602)]
+    given(page, "many.csv", "\n".join(["First name,Gift", *rows]))
+    page.get_by_text("602 rows").wait_for()
+    page.get_by_role("button", name="Next: the letter").press("Enter")
+    page.get_by_label("Letter", exact=True).fill("Dear {{ first_name }}, {{ gift }}")
+    page.locator('.sheet svg[aria-label="Dear Ada 0, jam"]').wait_for()  # not one that is empty
+    page.get_by_label("Row", exact=True).fill("602")
+    page.get_by_label("Row", exact=True).press("Tab")
+    page.locator('.sheet svg[aria-label="Dear Ada 600, jam"]').wait_for()
+    page.get_by_label("Row", exact=True).fill("8")
+    page.get_by_label("Row", exact=True).press("Tab")
+    page.locator('.sheet svg[aria-label="Dear Ada 6, jam"]').wait_for()
+    page.locator(".asks .bad", has_text="it has 3 cells where the header has 2").wait_for()
+    page.get_by_role("button", name="Table", exact=True).press("Enter")
+    page.get_by_role("cell", name="333 rows", exact=True).wait_for()
+    assert page.get_by_role("region", name="Rows to look at").locator("tbody tr").count() == 2
+    assert axe(page) == []
+
+
+def test_a_page_of_a_proof_that_does_not_come_is_said_and_not_approved(page):
+    page.goto(page.home + "#table")
+    page.reload()
+    given(page, "people.csv", "First name\nAda\nZoë\n")
+    page.get_by_text("2 rows").wait_for()
+    page.get_by_role("button", name="Next: the letter").press("Enter")
+    page.get_by_label("Letter", exact=True).fill("Dear {{ first_name }}")
+    page.get_by_role("button", name="Next: the paper").press("Enter")
+    page.get_by_label("Made by").select_option("plotter")
+    page.route("**/proof-1.png", lambda route: route.fulfill(status=422, body="{}"))
+    page.get_by_role("button", name="Next: a proof").press("Enter")
+    page.get_by_text("This page cannot be shown").wait_for()
+    approve = page.get_by_role("button", name="Approve all 2")
+    assert approve.is_disabled() and axe(page) == []
+    page.unroute("**/proof-1.png")
+    page.get_by_role("button", name="Try again").press("Enter")
+    page.locator(".proofs .unseen").wait_for(state="detached")
+    approve.press("Enter")
+    assert page.get_by_role("button", name="Plot", exact=True).is_disabled(), "until it is said where"
+    page.get_by_label("Connected at").select_option("sim:")
+    page.get_by_role("button", name="Try it in simulation").press("Enter")
+    page.get_by_text("nothing is on paper yet").wait_for()
+    page.locator(".rows td", has_text="simulated").first.wait_for()
+    assert page.get_by_role("button", name="Try it in simulation").is_visible(), "it is still to be made"

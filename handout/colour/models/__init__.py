@@ -15,9 +15,8 @@ import numpy as np
 
 from handout.colour import METHODS, conversions
 from handout.colour.models import inverse, splines
-from handout.colour.models.forward import Forward, fit_forward, lattice, measure_misses
+from handout.colour.models.forward import Forward, Patches, fit_forward, lattice, measure_misses
 from handout.colour.models.inverse import optimised_nodes
-from handout.colour.patches import Patches
 from handout.errors import InputError
 from handout.values import Array
 
@@ -62,10 +61,7 @@ def fit(patches: Patches, method: str = "forward") -> Model:
         ``tps``: thin-plate splines scanned → device, smoothed by the measured noise.
         ``tps-haines2016``: the paper's exact thin-plate splines scanned → device; noise goes into them as it is.
 
-    Raises
-    ------
-    InputError
-        An unknown method; a model that misses its own patches by more than ΔE00 3 on average.
+    Raises InputError: an unknown method; a model that misses its own patches by more than ΔE00 3 on average.
 
     Source: seed 000, §7.1.
     """

@@ -16,8 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from handout.colour import conversions
-from handout.colour.interpolation import look_up, parts
-from handout.colour.models.forward import Forward, measure_misses
+from handout.colour.models.forward import Forward, look_up, measure_misses, parts
 from handout.values import Array
 
 if TYPE_CHECKING:

@@ -16,6 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from handout.branching import number_pieces
 from handout.values import Array
 
 CLOSE = 0.5 / 255  # colours nearer than this are one: a spline through both would have to jump
@@ -50,13 +51,9 @@ def noise(device: Array, scanned: Array, deviation: Array) -> Array:
 
 def merge_close_rows(x: Array, y: Array, variances: Array) -> PreparedSamples:
     """Merge rows whose `x` are closer than `CLOSE`, each weighted by how well it is known."""
-    from scipy.sparse import coo_matrix
-    from scipy.sparse.csgraph import connected_components
     from scipy.spatial import KDTree
 
-    pairs = KDTree(x).query_pairs(CLOSE, output_type="ndarray")
-    joined = coo_matrix((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(x), len(x)))
-    group = connected_components(joined, directed=False)[1]
+    group = number_pieces(KDTree(x).query_pairs(CLOSE, output_type="ndarray"), len(x))
     weight = 1 / variances
     total = np.bincount(group, weight)
 

@@ -5,9 +5,8 @@ file ─► opening ─► registration ─► sampling ─► flatness ─► m
 """
 
 from handout.colour.reading.chart_reading import ChartReading, SheetReading, read_scans
-from handout.colour.reading.findings import ScanFinding, ScanRefused
 from handout.colour.reading.pen_field import Scribble
-from handout.colour.reading.scan_files import ChartScan, open_scans
+from handout.colour.reading.scan_files import ChartScan, ScanFinding, ScanRefused, open_scans
 
 __all__ = [
     "ChartReading", "ChartScan", "ScanFinding", "ScanRefused", "Scribble", "SheetReading", "open_scans", "read_scans",

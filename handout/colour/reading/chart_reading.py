@@ -13,11 +13,10 @@ from numpy.typing import NDArray
 from handout.colour.chart import Chart, ChartPage, whole
 from handout.colour.ink_match import chart_contrast
 from handout.colour.reading import picture_checks, print_checks
-from handout.colour.reading.findings import ScanFinding, ScanRefused
 from handout.colour.reading.patch_means import Sampled, Shading, sample, shading_of
 from handout.colour.reading.pen_field import Scribble, scribble_of
 from handout.colour.reading.registration import ChartPlacement, place
-from handout.colour.reading.scan_files import ChartScan, open_scans
+from handout.colour.reading.scan_files import ChartScan, ScanFinding, ScanRefused, open_scans
 from handout.summary import one_line
 from handout.values import Array, readonly
 
@@ -108,10 +107,8 @@ def read_scans(
 
     Parameters
     ----------
-    scans : iterable of Path or Scan
-        Files (TIFF, PNG, JPEG), or pictures in memory; all pages of a file count.
-    chart : Chart, optional
-        The one that was printed; None: the marks say which.
+    scans : files (TIFF, PNG, JPEG), or pictures in memory; all pages of a file count.
+    chart : the one that was printed; None: the marks say which.
     paper : (3,) float 0–1, optional
         The paper in the scan of the handwriting, as its scanner shows it: tells whether the settings are the same.
 
@@ -120,10 +117,7 @@ def read_scans(
     ChartReading
         Also of bad scans, with what could be read of them; `usable` is False then, and `findings` say why.
 
-    Raises
-    ------
-    InputError
-        A file cannot be opened, or no scan was given.
+    Raises InputError: a file cannot be opened, or no scan was given.
     """
     findings: list[ScanFinding] = []
     sheets = []

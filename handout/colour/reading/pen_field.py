@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout import atomic
-from handout.colour.pen_lines import density_of, strokes_in
+from handout.colour.ink_match import density_of, strokes_in
 from handout.colour.reading.patch_means import Shading
 from handout.colour.reading.registration import ChartPlacement
 from handout.colour.reading.scan_files import ChartScan
@@ -129,10 +129,7 @@ def file_beside(patches: Path) -> Path:
 def save(scribble: Scribble, path: Path) -> None:
     """Write one to a file; the same one gives the same bytes.
 
-    Raises
-    ------
-    InputError
-        It cannot be written.
+    Raises InputError: it cannot be written.
     """
     out = io.BytesIO()
     pixels = np.rint(np.clip(scribble.picture, 0, 1) * _FULL).astype(np.uint16)

@@ -1,7 +1,8 @@
 """Checks of a scan as a picture: where the page lies in it, its size, its file format, its tones.
 
 Add a check: a function of a `SampledPage` that gives findings, and its name in `CHECKS` at the end of the file.  Faults
-of the print, which show in the patches, are checked in `print_checks`; the amount of ink in `solid_inks`.
+of the print, which show in the patches, are checked in `print_checks`; the amount of ink in
+`calibrating.print_diagnosis`.
 """
 
 from __future__ import annotations
@@ -14,10 +15,9 @@ from numpy.typing import NDArray
 
 from handout import units
 from handout.colour.chart import MARKS, ChartPage
-from handout.colour.reading.findings import ScanFinding, Severity, list_names
 from handout.colour.reading.patch_means import Sampled
 from handout.colour.reading.registration import ChartPlacement
-from handout.colour.reading.scan_files import GREY, ChartScan
+from handout.colour.reading.scan_files import GREY, ChartScan, ScanFinding, Severity, list_names
 
 LEAST_PIXELS = 10.0  # a patch's side
 

@@ -15,9 +15,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from handout.colour.reading.findings import ScanFinding, list_names
 from handout.colour.reading.patch_means import BLOCKS, Shading
 from handout.colour.reading.picture_checks import SampledPage
+from handout.colour.reading.scan_files import ScanFinding, list_names
 from handout.values import Array
 
 

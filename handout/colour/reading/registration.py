@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 
 from handout import markers
 from handout.colour.chart import CELLS, MARKS, Chart, ChartPage, dictionary, page_of_marks, whole
-from handout.colour.reading.findings import ScanRefused, make_refusal
-from handout.colour.reading.scan_files import ChartScan
+from handout.colour.reading.scan_files import ChartScan, ScanRefused, make_refusal
 from handout.values import Array, readonly, readonly_indices
 
 _SEARCHED = 1400.0  # pixels, long side of the picture in which marks are looked for first
@@ -61,7 +60,7 @@ class ChartPlacement:
 
     def pixels(self, mm: Array) -> Array:
         """(n, 2) pixels of points (n, 2) on the page in mm."""
-        return _project_points(self.to_pixels, mm + self.bend(mm))
+        return markers.project(self.to_pixels, mm + self.bend(mm))
 
     @property
     def pixel(self) -> float:
@@ -82,15 +81,10 @@ def place(
     Parameters
     ----------
     scan : Scan
-    chart : Chart, optional
-        The one that it must be a page of; None: any that is known.
-    page_of : callable, optional
-        The page that has a mark of a number, for pages that are laid out as the chart's are.
+    chart : the one that it must be a page of; None: any that is known.
+    page_of : the page that has a mark of a number, for pages that are laid out as the chart's are.
 
-    Raises
-    ------
-    ScanRefused
-        No marks, too few, or those of another chart or of several pages.
+    Raises ScanRefused: no marks, too few, or those of another chart or of several pages.
     """
     grey = in_grey(scan.pixels)
     marks, mirrored = _marks(grey, page_of)
@@ -195,7 +189,7 @@ def _fit_placement(
     matrix, _ = cv2.findHomography(mm, corners, cv2.RANSAC, _STRAY * pixels_a_mm)
     if matrix is None or not np.isfinite(matrix).all():
         raise make_refusal("few-marks", "The marks do not lie in a plane: lay the page flat and scan it.", scan.source)
-    off = _project_points(np.linalg.inv(matrix), corners) - mm
+    off = markers.project(np.linalg.inv(matrix), corners) - mm
     near = np.linalg.norm(off, axis=1).reshape(-1, 4).max(axis=1) < _STRAY
     if near.sum() < _LEAST:
         raise make_refusal(
@@ -206,7 +200,7 @@ def _fit_placement(
         )
     order, corners, mm = order[near], corners[np.repeat(near, 4)], mm[np.repeat(near, 4)]
     to_pixels = np.asarray(cv2.findHomography(mm, corners, 0)[0], dtype=np.float64)
-    off = _project_points(np.linalg.inv(to_pixels), corners) - mm
+    off = markers.project(np.linalg.inv(to_pixels), corners) - mm
     # the affine map (2, 3) that takes mm to pixels best
     affine = np.asarray(np.linalg.lstsq(np.column_stack([mm, np.ones(len(mm))]), corners, rcond=None)[0].T)
     # size across and down the page against the true one; stretch: its longest extension over its shortest
@@ -235,9 +229,3 @@ def _spline(mm: Array, off: Array) -> Callable[[Array], Array]:
 
     spline = RBFInterpolator(mm / _UNIT, off, smoothing=_SMOOTHING, kernel="thin_plate_spline", degree=1)
     return lambda points: np.asarray(spline(np.asarray(points) / _UNIT))
-
-
-def _project_points(matrix: NDArray[Any], points: Array) -> Array:
-    """Points (n, 2) under a homography (3, 3)."""
-    at = np.asarray(points, dtype=np.float64) @ matrix[:, :2].T + matrix[:, 2]
-    return np.asarray(at[:, :2] / at[:, 2:])

@@ -12,7 +12,7 @@ import msgspec
 
 from handout import signals
 from handout.errors import DeviceError, DeviceSilent
-from handout.plotting.dialect import Controller, Log, StateReport, ignore_report
+from handout.plotting.dialects import Controller, Log, StateReport, ignore_report
 from handout.plotting.ports import Port, TimedReader
 from handout.profiles import Limits, Plotter
 
@@ -110,7 +110,7 @@ def with_limits(profile: Plotter, limits: Mapping[str, float], log: Log) -> Limi
 
 
 class BaseController(Controller):
-    """The counts and habits of a `dialect.Controller`, whose words say what they mean.
+    """The counts and habits of a `dialects.Controller`, whose words say what they mean.
 
     conversation : with the machine; its `patience` is the controller's.
     """

@@ -9,8 +9,7 @@ from typing import ClassVar
 
 from handout import units
 from handout.plotting import pen_lift
-from handout.plotting.dialect import Command
-from handout.plotting.planning.blocks import Block, MoveBlock, Pause, PenBlock, UserLines
+from handout.plotting.dialects import Block, Command, MoveBlock, Pause, PenBlock, UserLines
 from handout.plotting.planning.plan import Plan
 from handout.profiles import PenLift as PenProfile
 from handout.profiles import Plotter

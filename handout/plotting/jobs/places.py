@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from handout.plotting.planning.blocks import PenBlock
+from handout.plotting.dialects import PenBlock
 from handout.plotting.planning.hooking import piece
 from handout.plotting.planning.plan import Plan
 from handout.values import Array, Drawing

@@ -21,15 +21,14 @@ import numpy as np
 
 from handout.errors import DeviceAlarm, DeviceError, DeviceGarbled, InputError
 from handout.plotting import bed
-from handout.plotting.dialect import BUTTON_LOOK, ButtonPressed, Controller
-from handout.plotting.dialects import dialect
-from handout.plotting.driving.driver import Monitor, PlotReport, Progress, connect, draw, halting, park
+from handout.plotting.dialects import BUTTON_LOOK, ButtonPressed, Controller, dialect
+from handout.plotting.driver import Monitor, PlotReport, Progress, connect, draw, halting, park
 from handout.plotting.jobs import store
-from handout.plotting.jobs.job import PlotJob, load
 from handout.plotting.jobs.journal import PlotJournal
-from handout.plotting.jobs.page_producer import PageProducer
+from handout.plotting.jobs.pages import PageProducer
 from handout.plotting.jobs.parts import PlotPart, list_requests
 from handout.plotting.jobs.places import START, DrawnPlace, Milestones, find_place, onward, remaining
+from handout.plotting.jobs.store import PlotJob, load
 from handout.plotting.planning import hooking
 from handout.plotting.planning.plan import Plan
 from handout.plotting.planning.planner import plan

@@ -1,7 +1,7 @@
 """Plans for controllers that plan (GRBL, Marlin): segments and feeds, fitted to what the controller makes of them.
 
 Such a controller is given feeds from which it makes its own speeds, within its acceleration; here its planner is run in
-advance, and the feeds are chosen for what it will make of them (`feeds`).  The segments are equal steps in time, since
+advance, and the feeds are chosen for what it will make of them.  The segments are equal steps in time, since
 the hand's speed falls where its path turns.
 
 Lines reach the controller one after the other, each in `line_time`, as long as its queue has room.  After a rest the
@@ -16,11 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.plotting import pen_lift
-from handout.plotting.dialects import dialect
-from handout.plotting.planning import feeds, lookahead, pace, segments
-from handout.plotting.planning.blocks import MoveBlock
+from handout.plotting.dialects import MoveBlock, dialect
+from handout.plotting.planning import lookahead, segments
 from handout.plotting.planning.lookahead import Motion
-from handout.plotting.planning.plan import Plan, PlanRequest
+from handout.plotting.planning.plan import DEVIATION, Plan, PlanRequest, find_shortest_segment, lay_lines, set_pace
 from handout.plotting.planning.segments import Trajectory
 from handout.plotting.planning.toolpath import (
     Toolpath,
@@ -42,7 +41,7 @@ _LINE = 22.0  # bytes of a line at most
 
 def plan(request: PlanRequest) -> Plan:
     """A plan of moves with feeds; see `planner.plan`."""
-    profile, asked = request.profile, pace.pace(request)
+    profile, asked = request.profile, set_pace(request)
     cuts = cut_for_corners(asked.path, profile)
     clock = np.interp(cuts.t, asked.path.t, asked.drawn) * request.factor  # of the drawing, which has the pressure
     heights = pen_lift.heights_along(request.drawing, clock, profile.pen)
@@ -60,9 +59,9 @@ def plan(request: PlanRequest) -> Plan:
 
 def cut_for_corners(path: Trajectory, profile: Plotter) -> Trajectory:
     """Cut the path into segments; shorter ones where corners of the usual length would have to be taken too slowly."""
-    least, most = pace.shortest(profile), capacity(profile)
-    cuts = segments.cut_path(path, min(profile.segment_rate, most), least, pace.DEVIATION)
-    straight, within = pace.lines(cuts, profile)
+    least, most = find_shortest_segment(profile), capacity(profile)
+    cuts = segments.cut_path(path, min(profile.segment_rate, most), least, DEVIATION)
+    straight, within = lay_lines(cuts, profile)
     if len(within) > 1:
         took = np.where(within, np.diff(cuts.t), np.inf)
         wanted = np.append(0.0, np.minimum(straight.length[1:] / took[1:], straight.length[:-1] / took[:-1])) ** 2
@@ -83,7 +82,7 @@ def fit_feeds(toolpath: Toolpath, profile: Plotter) -> tuple[Array, Motion]:
     limits, queue = profile.limits, profile.port.queue
     blocks = lookahead.blocks(toolpath.points, toolpath.stands, machine_of(profile))
     pen_up = pen_up_speeds(toolpath, profile)
-    most = feeds.greatest(blocks, limits.acceleration, float(limits.draw_speed))
+    most = lookahead.greatest(blocks, limits.acceleration, float(limits.draw_speed))
     crowding = np.ones(len(toolpath.kind))
     if toolpath.draws.any():
         # segments are run more slowly where too many follow on each other and the queue would run empty; it makes up
@@ -94,7 +93,7 @@ def fit_feeds(toolpath: Toolpath, profile: Plotter) -> tuple[Array, Motion]:
     wanted = toolpath.requested_time * crowding
     crowded = crowding > 1.0  # no time is to be made up where lines could not follow
     most[crowded] = np.minimum(most, blocks.length / np.maximum(wanted, 1e-9))[crowded]
-    feed = feeds.round_feed(feeds.fit(blocks, wanted, pen_up, toolpath.draws, most, queue))
+    feed = lookahead.round_feed(lookahead.fit(blocks, wanted, pen_up, toolpath.draws, most, queue))
     motion = lookahead.run_planner(blocks, feed / 60.0, queue)
     visible = depth(toolpath, motion, profile)
     short = lookahead.run_planner(blocks, feed / 60.0, visible)

@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 
 from handout.hooks import Go, Lower, Send, Steps, Wait, goes
 from handout.plotting import pen_lift
-from handout.plotting.dialects import dialect
-from handout.plotting.planning.blocks import Block, Pause, PenBlock, UserLines
+from handout.plotting.dialects import Block, Pause, PenBlock, UserLines, dialect
 from handout.plotting.planning.hooking import NONE, Hooking
 from handout.plotting.planning.lookahead import Flags, Machine, Motion, to_steps
 from handout.plotting.planning.segments import Trajectory

@@ -17,8 +17,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from handout.plotting.dialects import Block, MoveBlock
 from handout.plotting.planning import lookahead, segments
-from handout.plotting.planning.blocks import Block, MoveBlock
 from handout.plotting.planning.lookahead import Blocks
 from handout.plotting.planning.plan import Plan, PlanRequest
 from handout.plotting.planning.segments import Trajectory

@@ -4,12 +4,12 @@ It reads bytes as the controller of its dialect does, plans and steps by itself,
 what the host announces is measured against it.
 
 - `port`: the plotter as a port, with its clock; `network`: the same behind a real socket; `options`: what can be asked
-  of it, and faults; `wire`: bytes on their way to it; `paper`: carriage, pen, and what is drawn; `surroundings`: a slow
-  disk, a busy processor.
-- `firmware`: what every controller has in common; `grbl`, `marlin`, `ebb`, `hpgl`, `klipper`: the controllers;
-  `queue`, `stepper`: the planner and the steps of those that plan.
+  of it, and faults; `paper`: carriage, pen, and what is drawn; `surroundings`: a slow disk, a busy processor.
+- `firmware`: what every controller has in common, and bytes on their way to it; `grbl_firmware`, `marlin_firmware`,
+  `ebb_firmware`, `hpgl_firmware`, `klipper_firmware`: the controllers; `planner`: the queue and the steps of those
+  that plan.
 
-To add a controller: a package with a `Firmware`, named by its dialect; a fault: see `options`.
+To add a controller: a file with a `Firmware`, which its dialect names; a fault: see `options`.
 """
 
 from handout.profiles import Plotter

@@ -16,8 +16,7 @@ from collections.abc import Iterator
 from typing import Any, Protocol
 
 from handout.errors import InputError, PortError
-from handout.plotting.moonraker_ports import open_moonraker
-from handout.plotting.network_ports import open_network
+from handout.plotting.network_ports import open_moonraker, open_network
 from handout.plotting.ports import Port
 from handout.profiles import Plotter
 from handout.simulated.plotter.options import SimulatorOptions

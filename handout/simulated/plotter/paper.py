@@ -8,7 +8,7 @@ import numpy as np
 
 from handout.plotting.bed import BedPlacement
 from handout.profiles import PenLift, Plotter
-from handout.simulated.plotter.queue import Steps
+from handout.simulated.plotter.planner import Steps
 from handout.values import Array, Stroke
 
 _SLIP = 40  # steps lost in a dead stop; set by eye, half a millimetre at 80 steps/mm

@@ -18,10 +18,9 @@ from handout.errors import PortError
 from handout.plotting.bed import BedPlacement, place
 from handout.plotting.ports import InstrumentedPort
 from handout.profiles import Plotter
-from handout.simulated.plotter.firmware import Wait, firmware_of
+from handout.simulated.plotter.firmware import Wait, Wire, firmware_of
 from handout.simulated.plotter.options import Faults, SimulatorOptions
 from handout.simulated.plotter.paper import DrawnPaper
-from handout.simulated.plotter.wire import Wire
 from handout.values import Drawing, Page
 
 _Z_STEPS = 250.0  # of a Z axis; no profile says how fine it is, this is GRBL's default ($102)

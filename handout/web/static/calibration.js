@@ -67,7 +67,7 @@ export async function show(main, shared, [printerWanted, paperWanted]) {
     if (!full) printer.append(h('option', { value: printerWanted }, printerWanted));
     printer.value = full || printerWanted;
   }
-  const [acceptLabel, accept] = tick('Take the print as it is, though inks are weak in it (--accept)', {});
+  const [acceptLabel, accept] = tick('Take the print as it is, though inks are weak in it', {});
   const refusal = h('p', { class: 'bad', role: 'alert' });
   const bar = h('progress', { max: 1, 'aria-label': 'Progress' }), stage = h('span', { class: 'quiet' });
   const cancel = h('button', { type: 'button', onclick: () => own?.abort() }, 'Cancel');

@@ -32,6 +32,16 @@ export function choice(names_, labels = {}) {
   return h('select', {}, names_.map((name) => h('option', { value: name }, labels[name] ?? name)));
 }
 
+/** [what they share, rows] of rows that have the same said of them, in their order. */
+export function grouped(rows, said) {
+  const groups = new Map();
+  for (const row of rows) groups.set(said(row), [...(groups.get(said(row)) || []), row]);
+  return [...groups];
+}
+
+/** The first rows of some by their numbers, and how many others there are. */
+export const named = (rows, most = 5) => `rows ${rows.slice(0, most).map((one) => one.row).join(', ')}${rows.length > most ? ` and ${rows.length - most} others` : ''}`;
+
 /** A row of steps: those before `at` are done, those before `open` can be gone to. */
 export function steps(titles, at, open, go) {
   return h('ol', { class: 'steps', 'aria-label': 'Steps' }, titles.map((title, number) => h('li', { class: number < at ? 'over' : undefined, 'aria-current': number === at ? 'step' : undefined },
@@ -50,6 +60,12 @@ export function picker(label, hint, properties, given) {
   }
   element.addEventListener('drop', (event) => take(event.dataTransfer.files));
   return element;
+}
+
+/** The plotter that was chosen last. */
+export function machine() {
+  const usual = { device: 'plotter-grbl-servo' };
+  try { return { ...usual, ...JSON.parse(localStorage.getItem('handout-machine')) }; } catch { return usual; }
 }
 
 /** Says a sentence at the edge of the window for a while. */

@@ -43,7 +43,7 @@ function card(hand, redraw, seen) {
   const actions = [h('a', { class: 'button', href: `#write/${encodeURIComponent(hand.name)}`, 'aria-label': `Write in ${hand.name}` }, 'Write'), act('All letters', async () => shown(`Letters of ${hand.name}`, await pictureOf(`${url}/sheet`, `All letters of ${hand.name}`, 'image/png')))];
   if (!hand.drawn) actions.push(act(hand.scans ? 'Save with scans' : 'Save', async () => save(await blob(`${url}/file`), `${hand.name}.hand`)));
   if (hand.scans) actions.push(act('Save ink only', async () => save(await blob(`${url}/file?ink_only=true`), `${hand.name}.hand`)));
-  if (!hand.drawn) actions.push(h('a', { class: 'button', href: `#letters/${encodeURIComponent(hand.name)}` }, 'Correct letters'));
+  if (!hand.drawn) actions.push(h('a', { class: 'button', href: `#letters/${encodeURIComponent(hand.name)}` }, 'Letter by letter'));
   if (hand.removable) {
     actions.push(act('Delete', async () => {
       if (!confirm(`Delete the hand ${hand.name}? Its scans are not touched.`)) return;

@@ -1,13 +1,12 @@
 // The page Plotter: what waits for a plotter, how it lies on the bed, where the pen is.
 
 import { follow, request, task, text as fetched } from './api.js';
-import { choice, field, h, s, say, tick } from './dom.js';
+import { choice, field, h, machine as chosenMachine, s, say, tick } from './dom.js';
 import { alike, inOrder, writtenTo } from './replay.js';
 
-const KEPT = 'handout-machine';
 const STEPS = { 1: '1 mm', 10: '10 mm', 50: '50 mm' };
-const kept = () => { try { return JSON.parse(localStorage.getItem(KEPT)) || {}; } catch { return {}; } };
-const keep = (values) => localStorage.setItem(KEPT, JSON.stringify({ ...kept(), ...values }));
+const keep = (values) => localStorage.setItem('handout-machine', JSON.stringify({ ...chosenMachine(), ...values }));
+const UNCHOSEN = 'Choose first where the plotter is connected; or the simulated one, which puts nothing on paper.';
 const metres = (mm) => `${(mm / 1000).toFixed(2)} m`;
 const named = (plot) => plot.title || plot.job;
 
@@ -20,9 +19,9 @@ function state(plot, drawn) {
 /** The machine: its port, and its pen moved by hand. */
 function machine(machines) {
   const labels = Object.fromEntries(machines.ports.map((port) => [port.name, port.name.startsWith('sim') ? port.title : `${port.name} ${port.title}`]));
-  const port = choice(machines.ports.map((one) => one.name), labels);
+  const port = choice(['', ...machines.ports.map((one) => one.name)], { '': 'Choose where …', ...labels });
   const device = choice(machines.plotters.map((one) => one.name), Object.fromEntries(machines.plotters.map((one) => [one.name, one.title])));
-  const before = { device: 'plotter-grbl-servo', ...kept() };
+  const before = chosenMachine();
   if (machines.ports.some((one) => one.name === before.port)) port.value = before.port;
   if (machines.plotters.some((one) => one.name === before.device)) device.value = before.device;
   const step = choice(Object.keys(STEPS), STEPS);
@@ -30,8 +29,9 @@ function machine(machines) {
   const refusal = h('p', { class: 'bad', role: 'alert' });
   const found = h('p', { class: 'quiet', 'aria-live': 'polite' });
   async function move(event, body) {
-    const buttons = event.target.closest('fieldset').querySelectorAll('button');
-    refusal.textContent = '';
+    const buttons = event.target.closest('details').querySelectorAll('button');
+    refusal.textContent = port.value ? '' : UNCHOSEN;
+    if (!port.value) return;
     for (const button of buttons) button.disabled = true;
     try {
       const { facts } = await request('POST', '/api/pen', { port: port.value, device: device.value, ...body });
@@ -46,6 +46,7 @@ function machine(machines) {
   /** Ask who is there, and choose its machine. */
   async function ask(event) {
     const asked = port.value;
+    if (!asked) { refusal.textContent = UNCHOSEN; return; }
     refusal.textContent = ''; found.textContent = 'Asking …'; event.target.disabled = true;
     try {
       const { facts } = await request('POST', '/api/machines/asked', { port: asked });
@@ -70,9 +71,9 @@ function machine(machines) {
   for (const control of [port, device]) control.addEventListener('change', () => keep({ port: port.value, device: device.value }));
   const element = h('section', { class: 'panel' }, h('h2', {}, 'Plotter'),
     h('div', { class: 'grid' }, field('Connected at', port), field('Machine', device)), h('div', { class: 'row after' }, h('button', { type: 'button', onclick: ask }, 'Find my plotter')),
-    h('fieldset', { class: 'pen' }, h('legend', {}, 'Pen'),
+    h('details', { class: 'pen' }, h('summary', {}, 'Move the pen'),
       h('div', { class: 'row' }, button('Up', { move: 'up' }, 'Pen up'), button('Down', { move: 'down' }, 'Pen down'),
-        button('To zero', { move: 'home' }), button('Motors off', { move: 'release' })),
+        button('To the start corner', { move: 'home' }), button('Let it be pushed by hand', { move: 'release' })),
       h('div', { class: 'row' }, jog('←', -1, 0, 'To the left'), jog('↑', 0, 1, 'Away'), jog('↓', 0, -1, 'Nearer'), jog('→', 1, 0, 'To the right'), step)),
     refusal, found);
   return { element, port, device };
@@ -85,7 +86,7 @@ function measures({ bed: [wide, high], page: [width, height], lies: { matrix: [a
   const write = (at, up, text) => s('text', { x: at, y: up, 'font-size': size }, text);
   const away = [Math.abs(left - x), Math.abs(low - y)].map((one) => Math.round(one));
   const room = low + size * 1.3 < high ? low + size * 1.2 : top - size * 0.5;
-  return [write(size * 0.4, size * 1.2, `the bed, ${wide} × ${high} mm`), write(left + size * 0.3, room, `the sheet, ${Math.round(right - left)} × ${Math.round(low - top)} mm${away.some(Boolean) ? `, ${away.join(' and ')} mm from zero` : ', its corner at zero'}`)];
+  return [write(size * 0.4, size * 1.2, `the bed, ${wide} × ${high} mm`), write(left + size * 0.3, room, `the sheet, ${Math.round(right - left)} × ${Math.round(low - top)} mm${away.some(Boolean) ? `, ${away.join(' and ')} mm from the start corner` : ', in the start corner'}`)];
 }
 
 /** The pens of a plot, in their order. */
@@ -97,7 +98,7 @@ function pens(plot) {
 }
 
 /** The bed with a sheet on it; `reach` shows how far the pen has come. */
-function bed(place) {
+function bed(place, over) {
   let strokes = [], nib = null, ghost = null, shown = -1;
   async function load(plot, page) {
     shown = page;
@@ -128,7 +129,7 @@ function bed(place) {
   }
   return {
     async show(plot, at) {
-      if (plot.finished || !plot.lies) { strokes = []; shown = -1; place.replaceChildren(h('p', { class: 'quiet' }, 'All of it is on paper.')); return; }
+      if (plot.finished || !plot.lies) { strokes = []; shown = -1; place.replaceChildren(h('p', { class: 'quiet' }, over())); return; }
       const page = at ? at.page : 0;
       if (page !== shown) await load(plot, page);
       reach(at);
@@ -148,10 +149,10 @@ export async function show(main, shared, [chosen]) {
   const act = (label, work, main_ = false) => h('button', { type: 'button', class: main_ ? 'main' : undefined, onclick: () => work().catch((error) => { refusal.textContent = error.message; }) }, label);
   const start = act('Draw', draw, true), pause = act('Pause', () => word('pause')), on = act('Continue', () => word('on'), true);
   const stop = act('Stop', () => word('stop')), drop = act('Delete', forget);
-  const [zeroLabel, zero] = tick('Pen stands above zero');
-  const [homeLabel, home] = tick('Back to zero when stopped');
-  const view = bed(place);
-  let plot = null, running = null, live = {}, left = false;
+  const [zeroLabel, zero] = tick('The pen stands above the start corner');
+  const [homeLabel, home] = tick('Back to the start corner when stopped');
+  const view = bed(place, () => (simulated ? 'The simulated plotter drew all of it: nothing is on paper.' : 'All of it is drawn.'));
+  let plot = null, running = null, live = {}, left = false, simulated = false;
 
   async function word(what) {
     refusal.textContent = '';
@@ -160,7 +161,9 @@ export async function show(main, shared, [chosen]) {
     setTimeout(() => { pause.disabled = stop.disabled = false; }, 600);
   }
   async function draw() {
-    refusal.textContent = '';
+    refusal.textContent = devices.port.value ? '' : UNCHOSEN;
+    if (!devices.port.value) { devices.port.focus(); return; }
+    simulated = devices.port.value.startsWith('sim');
     const begun = await task(`/api/plots/${plot.job}/draw`, { port: devices.port.value, at_zero: zero.checked, home_after: home.checked }, null, undefined);
     watch(begun.id);
     await listed();

@@ -2,7 +2,7 @@
 
 import { blob, follow, request, task } from './api.js';
 import * as drafts from './drafts.js';
-import { choice, field, h, save, say, steps, tick } from './dom.js';
+import { choice, field, grouped, h, named, save, say, steps, tick } from './dom.js';
 
 const TO = { pdf: 'a PDF file', printer: 'a printer', plotter: 'the plotter' };
 const LOOK = 3000; // ms between two looks at the rows of a batch that is made
@@ -25,7 +25,7 @@ export async function kept(main, name, titles) {
       try { await work(); } catch (error) { if (error.name !== 'AbortError') refusal.textContent = error.message; }
     },
   }, label);
-  const ports = choice(machines.ports.map((port) => port.name), Object.fromEntries(machines.ports.map((port) => [port.name, port.name.startsWith('sim') ? port.title : `${port.name} ${port.title}`])));
+  const ports = choice(['', ...machines.ports.map((port) => port.name)], Object.fromEntries([['', 'Choose …']].concat(machines.ports.map((port) => [port.name, port.name.startsWith('sim') ? port.title : `${port.name} ${port.title}`]))));
   const others = machines.ports.map((port) => [port.name, ...tick(port.name.startsWith('sim') ? port.title : port.name, {})]);
   const sharing = h('details', {}, h('summary', {}, 'Share it with more plotters'), others.map(([, label]) => label));
   const where = h('div', { class: 'grid' }, field('Connected at', ports), sharing);
@@ -55,11 +55,12 @@ export async function kept(main, name, titles) {
     const busy = Boolean(running), before = ['new', 'proofed'].includes(batch.state), several = shared().length || batch.queues.length;
     prove.hidden = busy || !before; prove.textContent = batch.state === 'new' ? 'Make a proof' : 'Make the proof anew';
     approve.hidden = busy || batch.state !== 'proofed' || !batch.proof.rows;
-    const left = (batch.proof.rows || 0) - out.size;
+    const left = (batch.proof.rows || 0) - out.size, unseen = proofs.querySelector('.unseen');
     approve.textContent = lost() || out.size ? `Approve the other ${left}` : `Approve ${left === 1 ? 'it' : `all ${left}`}`;
-    approve.disabled = left < 1;
+    approve.disabled = left < 1 || Boolean(unseen);
     make.hidden = busy || !['approved', 'broken off'].includes(batch.state);
-    make.textContent = batch.state === 'broken off' ? 'Continue' : batch.to === 'plotter' ? 'Plot' : batch.to === 'printer' ? 'Print' : 'Make the PDF';
+    make.textContent = batch.state === 'broken off' ? 'Continue' : batch.to === 'plotter' ? (ports.value.startsWith('sim') ? 'Try it in simulation' : 'Plot') : batch.to === 'printer' ? 'Print' : 'Make the PDF';
+    make.disabled = batch.to === 'plotter' && !ports.value;
     where.hidden = make.hidden || batch.to !== 'plotter';
     for (const [port, label] of others) label.hidden = port === ports.value;
     take.hidden = !batch.file; sheet.hidden = busy || batch.state === 'new'; drop.hidden = busy; change.hidden = busy || !before || !own; another.hidden = batch.state !== 'done';
@@ -107,11 +108,14 @@ export async function kept(main, name, titles) {
     if (!before) proofs.replaceChildren();
     proofs.append(...pages.slice(before, most).map((page) => {
       const image = h('img', { alt: `Row ${page.row}, ${page.part}`, loading: 'lazy' });
-      blob(`${url}/files/${page.picture}`, '', 'GET', undefined, gone.signal).then((data) => {
+      const fetched = () => blob(`${url}/files/${page.picture}`, '', 'GET', undefined, gone.signal).then((data) => {
+        unseen.remove();
         image.src = URL.createObjectURL(data);
         image.onload = () => URL.revokeObjectURL(image.src);
-      }).catch(() => {});
-      const toggle = h('button', { type: 'button', class: 'leave', 'data-row': page.row, onclick: () => leave(page.row) });
+      }).catch((error) => { if (error.name !== 'AbortError') image.after(unseen); }).finally(() => controls());
+      const unseen = h('p', { class: 'bad unseen' }, 'This page cannot be shown, so it cannot be approved. ', h('button', { type: 'button', onclick: fetched }, 'Try again'));
+      fetched();
+      const toggle = h('button', { type: 'button', class: 'leave', 'aria-label': `Leave out: row ${page.row}`, onclick: () => leave(page.row) }, 'Leave out');
       return h('figure', { class: looked.has(page.row) ? 'look' : undefined, 'data-row': page.row }, image,
         h('figcaption', {}, `row ${page.row}, ${page.part}`, looked.has(page.row) ? h('span', { class: 'warned' }, looked.get(page.row).join('; ')) : ''), toggle);
     }));
@@ -129,15 +133,14 @@ export async function kept(main, name, titles) {
       const left = out.has(Number(figure.dataset.row)), toggle = figure.querySelector('.leave');
       figure.classList.toggle('out', left);
       toggle.hidden = batch.state !== 'proofed';
-      toggle.textContent = left ? 'Take it in again' : 'Leave out';
-      toggle.setAttribute('aria-label', `${toggle.textContent}: row ${figure.dataset.row}`);
+      toggle.setAttribute('aria-pressed', String(left));
     }
   }
   function listed(facts) {
     const short = facts.rows.length < facts.count ? `The first ${facts.rows.length} of ${facts.count} rows are listed; all are made. The proof names every row that is to be looked at.` : '';
     const wrong = facts.rows.filter((row) => /^(failed|doubtful|cannot)/.test(row.state));
     rows.replaceChildren(short && h('p', { class: 'quiet' }, short),
-      wrong.length ? h('p', { class: 'warned' }, `Not made: ${wrong.map((row) => `row ${row.row} (${row.called}): ${[row.state, ...row.why].join('; ')}`).join('. ')}.`) : '',
+      wrong.length ? h('div', { class: 'warned' }, h('p', {}, 'Not made:'), h('ul', {}, grouped(wrong, (row) => [row.state, ...row.why].join('; ')).map(([why, some]) => h('li', {}, `${some.length > 1 ? named(some) : `row ${some[0].row} (${some[0].called})`}: ${why}`)))) : '',
       h('table', {}, h('thead', {}, h('tr', {}, ['Row', 'Who', 'State', 'Look at'].map((label) => h('th', { scope: 'col' }, label)))),
         h('tbody', {}, facts.rows.map((row) => h('tr', {}, h('td', {}, row.row), h('td', {}, row.called), h('td', {}, row.state), h('td', {}, row.why.join('; ')))))));
   }
@@ -149,6 +152,7 @@ export async function kept(main, name, titles) {
     const what = [batch.letters && 'letters', batch.envelopes && 'envelopes'].filter(Boolean).join(' and ');
     summary.textContent = `${batch.title}: ${batch.left_out.length ? `${batch.count - batch.left_out.length} of ` : ''}${batch.count} ${batch.count === 1 ? 'row' : 'rows'}, ${what}, for ${batch.printer || TO[batch.to]}${batch.state === 'broken off' && batch.ended ? `; ${batch.ended}` : ''}.`;
     if (lost()) summary.textContent += ` ${lost()} ${lost() === 1 ? 'row' : 'rows'} cannot be made, as is said below: change the table, or make it without them.`;
+    if (batch.rehearsed) summary.textContent += ' The simulated plotter drew it: nothing is on paper yet.';
     listed(batch);
     if (before) pictures(); else marked();
     controls();

@@ -20,7 +20,7 @@ function chooser(hands, name) {
 }
 
 function greeting(hands) {
-  return h('div', { class: 'middle' }, h('h1', {}, 'Correct letters'), h('p', {}, 'Look through the letters of a hand from paper, and put right what was read wrongly. The program learns from it.'), chooser(hands, ''),
+  return h('div', { class: 'middle' }, h('h1', {}, 'Letter by letter'), h('p', {}, 'Look through the letters of a hand from paper, and put right what was read wrongly. The program learns from it.'), chooser(hands, ''),
     hands.some((hand) => hand.own) ? '' : h('p', { class: 'after' }, 'You have no hand of your own yet. ', h('a', { class: 'button', href: '#own' }, 'Make one')));
 }
 
@@ -69,7 +69,7 @@ export async function show(main, shared, [name, number = '0']) {
     if (!letter) return;
     title.textContent = letter.letter || '?';
     input.value = letter.letter;
-    const sure = ['confirmed', 'kept_out', 'unnamed'].includes(letter.verdict) ? '' : ` (${Math.round(letter.probability * 100)} %)`;
+    const sure = ['confirmed', 'kept_out', 'unnamed'].includes(letter.verdict) ? '' : ` (${Math.round(letter.probability * 100)} of 100 sure)`;
     about.textContent = `${VERDICTS[letter.verdict]}${sure}; ${letter.word ? `in “${letter.word}”, ` : ''}line ${letter.line + 1}${letter.joined ? ', joined to the next' : letter.linked ? ', next to another' : ''}${letter.ordered ? ', strokes told' : ''}`;
     tell();
   }
@@ -79,7 +79,7 @@ export async function show(main, shared, [name, number = '0']) {
     left.textContent = count ? `${count} of ${letters.length} letters are doubtful.` : `None of ${letters.length} letters is doubtful.`;
     pages.options[page].textContent = `${page + 1}: ${count} doubtful of ${letters.length}`;
     undo.disabled = !facts.made; redo.disabled = facts.made >= facts.entries;
-    link.firstChild.textContent = here()?.joined ? 'Unlink' : 'Link';
+    link.firstChild.textContent = here()?.joined ? 'Not joined to the next' : 'Joined to the next';
     unwritten.firstChild.textContent = here()?.verdict === 'kept_out' ? 'Write it again' : 'Do not write';
     kept.textContent = facts.trouble || (pending ? 'Keeping …' : facts.made ? `${facts.made} ${facts.made === 1 ? 'correction is' : 'corrections are'} kept.` : '');
   }
@@ -337,10 +337,10 @@ export async function show(main, shared, [name, number = '0']) {
   const act = (text, keys, work, title) => h('button', { type: 'button', ...(title && { title }), onclick: () => { work(); view.svg.focus(); } }, h('span', {}, text), key(keys));
   const small = (text, work) => h('button', { type: 'button', onclick: () => { work(); view.svg.focus(); } }, text);
   const undo = act('Undo', 'Ctrl+Z', () => back(1)), redo = act('Redo', 'Ctrl+Y', () => back(-1));
-  const link = act('Link', 'Alt+L', linkNext), unwritten = act('Do not write', 'Alt+N', keepOut, 'It is this letter, but do not write this one: others of its name are written in its place.');
+  const link = act('Joined to the next', 'Alt+L', linkNext), unwritten = act('Do not write', 'Alt+N', keepOut, 'It is this letter, but do not write this one: others of its name are written in its place.');
   const tools = new Map([
-    ['cut', act('Cut', 'Alt+C', beginCut)], ['outline', act('Outline', 'Alt+O', beginOutline)], ['strokes', act('Strokes', 'Alt+S', beginStrokes)], ['write', act('Redraw', 'Alt+W', beginWriting)],
-    ['paper', act('Paint paper', 'Alt+P', () => beginPaint('paper'))], ['ink', act('Paint ink', 'Alt+I', () => beginPaint('ink'))], ['printed', act('Printed rule', 'Alt+R', beginPrinted)], ['base', act('Baseline', 'Alt+B', beginBase)],
+    ['cut', act('Cut it in two', 'Alt+C', beginCut)], ['outline', act('Draw around it', 'Alt+O', beginOutline)], ['strokes', act('Show its strokes', 'Alt+S', beginStrokes)], ['write', act('Write over it', 'Alt+W', beginWriting)],
+    ['paper', act('Paint paper', 'Alt+P', () => beginPaint('paper'))], ['ink', act('Paint ink', 'Alt+I', () => beginPaint('ink'))], ['printed', act('Printed rule', 'Alt+R', beginPrinted)], ['base', act('Move the line below', 'Alt+B', beginBase)],
   ]);
   const BY_CODE = { KeyC: beginCut, KeyJ: joinNext, KeyL: linkNext, KeyN: keepOut, KeyO: beginOutline, KeyS: beginStrokes, KeyW: beginWriting, KeyP: () => beginPaint('paper'), KeyI: () => beginPaint('ink'), KeyR: beginPrinted, KeyB: beginBase };
 
@@ -422,7 +422,9 @@ export async function show(main, shared, [name, number = '0']) {
       h('div', { class: 'tools' }, hint, more, h('span', { class: 'joined push' }, h('button', { type: 'button', class: 'icon', 'aria-label': 'Larger', onclick: () => view.zoom(0.7) }, '+'), h('button', { type: 'button', class: 'icon', 'aria-label': 'Smaller', onclick: () => view.zoom(1.4) }, '−'))),
       view.svg),
     h('aside', { class: 'side', 'aria-label': 'The letter' }, left, h('div', {}, title, about), refusal, naming,
-      h('div', { class: 'keys' }, act('Confirm', 'Enter', confirmLetter, 'It is this letter, in name and extent. It is written no more often for that.'), unwritten, act('Next', '↓', nextDoubt), undo, redo, act('Join', 'Alt+J', joinNext), link, tools.get('cut'), tools.get('outline'), act('No letter', 'Del', removeLetter), tools.get('strokes'), tools.get('write'), tools.get('base')),
+      h('div', { class: 'keys' }, act('That is right', 'Enter', confirmLetter, 'It is this letter, in name and extent. It is written no more often for that.'), unwritten, act('It is no letter', 'Del', removeLetter), act('Next', '↓', nextDoubt), undo, redo),
+      h('details', {}, h('summary', {}, 'Where it begins and ends'), h('div', { class: 'keys' }, act('Add the next piece', 'Alt+J', joinNext), link, tools.get('cut'), tools.get('outline'), tools.get('base'))),
+      h('details', {}, h('summary', {}, 'How it is written'), h('div', { class: 'keys' }, tools.get('strokes'), tools.get('write'))),
       h('details', {}, h('summary', {}, 'Ink and paper'), h('div', { class: 'keys' }, tools.get('paper'), tools.get('ink'), tools.get('printed')), field('Width of the brush', brush)),
       kept, learn, work, trying, chooser(hands, name), field('Page', pages))));
   view.letters(letters);

@@ -110,7 +110,7 @@ function reader(made, own, typed) {
   return h('form', { onsubmit: submit, class: 'step', 'aria-label': 'A new hand' }, h('h1', {}, 'Photograph what you wrote'),
     h('p', { class: 'quiet' }, 'From above, in daylight, all four corners in the picture; or scan it at 300 dpi. Then give the pictures here.'),
     drop, list, h('p', { class: 'quiet' }, NEEDS_NO_TEXT), h('div', { class: 'grid' }, own.length ? field('They become', into) : '', nameField),
-    h('details', {}, h('summary', {}, 'More'), h('div', { class: 'grid' }, field('Resolution, dpi', dpi)), keeping), refusal, unkept, h('div', { class: 'row' }, button), line);
+    h('details', {}, h('summary', {}, 'More'), h('div', { class: 'grid' }, field('Dots per inch of the scans', dpi)), keeping), refusal, unkept, h('div', { class: 'row' }, button), line);
 }
 
 function sheets(hands) {
@@ -151,7 +151,7 @@ function lookStep(name, said, onward) {
       ...pictures.map((src, at) => h('img', { src, alt: `Page ${at + 1} with the letters that were found`, onload: () => URL.revokeObjectURL(src) })));
   }).catch((error) => place.replaceChildren(h('p', { class: 'bad', role: 'alert' }, error.message)));
   return [h('h1', {}, 'This was found'), h('p', { class: 'quiet' }, 'Is every line there? If half of it is missing, photograph the sheet again in better light: from above, all of it, without a shadow.'), line, place,
-    h('div', { class: 'row between onward' }, h('a', { class: 'button', href: `#letters/${encodeURIComponent(name)}` }, 'Correct single letters'), onward('Next: ten letters', 3))];
+    h('div', { class: 'row between onward' }, h('a', { class: 'button', href: `#letters/${encodeURIComponent(name)}` }, 'Look letter by letter'), onward('Next: ten letters', 3))];
 }
 
 /** Rows of letters that may read badly, each to be kept or not to be written any more. */
@@ -173,7 +173,7 @@ function askStep(name, onward) {
         keep.disabled = true;
         try {
           await run((heard, signal) => task(`/api/hands/${name}/answers`, { task: done.id, answers }, heard, signal));
-          say(`${answers.length === 1 ? 'One of these letters is' : `${answers.length} of these letters are`} not written so any more; Undo is on the page Correct letters.`);
+          say(`${answers.length === 1 ? 'One of these letters is' : `${answers.length} of these letters are`} not written so any more; Undo is on the page Letter by letter.`);
           onward.go(4);
         } catch (error) { refusal.textContent = error.message; keep.disabled = false; }
       },

@@ -10,10 +10,10 @@ const PAGES = {
   table: ['Letters from a table', () => import('./table.js')],
   own: ['My own handwriting', () => import('./own.js')],
   hands: ['All hands', () => import('./hands.js')],
-  letters: ['Correct letters', () => import('./letters.js')],
+  letters: ['Letter by letter', () => import('./letters.js')],
   jobs: ['Plotter', () => import('./jobs.js')],
   calibration: ['Colours', () => import('./calibration.js')],
-  style: ['Handstyles', () => import('./style.js')],
+  style: ['Styles of movement', () => import('./style.js')],
 };
 /** Doors: what the link says, and the pages behind it. */
 const DOORS = { write: ['Write', []], table: ['From a table', []], own: ['My hand', ['own', 'hands', 'letters']], jobs: ['On the desk', ['jobs', 'calibration', 'style']] };

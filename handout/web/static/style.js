@@ -554,7 +554,7 @@ export async function show(main, shared, [wanted]) {
       return;
     }
     unsaved = false; drafts.keep('style', { plan, style, seed, unsaved }, unkept);
-    say(own ? 'It is kept in its file.' : `It is kept: --style ${style.name} takes it.`);
+    say(own ? 'It is kept in its file.' : `It is kept: choose ${style.name} under Style of movement on the page Write.`);
     shared.refresh();
   }
   const saveRefusal = h('p', { class: 'bad', role: 'alert' });

@@ -2,7 +2,7 @@
 
 import { blob, fileOf, request, task, text as fetched } from './api.js';
 import { kept as made } from './kept_table.js';
-import { choice, field, h, picker, say, steps, tick } from './dom.js';
+import { choice, field, grouped, h, machine, named, picker, steps, tick } from './dom.js';
 import * as drafts from './drafts.js';
 
 const TAKEN = '.csv,.tsv,.txt,.xlsx';
@@ -20,11 +20,11 @@ const LETTERS = {
 
 export async function show(main, shared, [name]) {
   if (name) return made(main, name, STEPS);
-  const draft = { page: 'A6', hand: 'house-joined', to: 'pdf', letter: '', step: 0, ...await drafts.kept('batch') };
+  const draft = { page: 'A6', hand: 'house-joined', to: 'pdf', device: machine().device, letter: '', step: 0, ...await drafts.kept('batch') };
   if (draft.batch) Object.assign(draft, { batch: '', step: 0 }); // its letter was kept: the next begins with its table
   const unkept = h('p', { class: 'bad', role: 'alert' }), refusal = h('p', { class: 'bad', role: 'alert' });
   const head = h('div', {}), body = h('div', { class: 'flow-body' }), gone = new AbortController();
-  let known = null, row = null, machines = null, showing = null, waiting = 0;
+  let known = null, row = null, picked = false, machines = null, showing = null, waiting = 0;
 
   const keep = (values) => { Object.assign(draft, values); drafts.keep('batch', { ...draft }, unkept); };
   const refused = (work) => async (...given) => {
@@ -61,7 +61,7 @@ export async function show(main, shared, [name]) {
       keep({ upload: before.upload, name: before.name });
       throw error;
     }
-    row = null;
+    row = null; picked = false;
     draw();
   });
   const sample = refused(async () => {
@@ -82,12 +82,12 @@ export async function show(main, shared, [name]) {
   }
 
   function rowsTable() {
-    const odd = known.rows.filter((one) => one.why.length);
-    const all = known.count > known.rows.length ? ` of the first ${known.rows.length}` : '';
+    const odd = known.rows.filter((one) => one.why.length), alike = grouped(odd, (one) => one.why.join('; '));
+    const all = known.count > known.rows.length ? ` of the first ${known.rows.length}; the proof looks at all` : '';
     return h('div', {},
-      h('p', {}, h('strong', {}, `${known.count} ${known.count === 1 ? 'row' : 'rows'}`), odd.length ? `, ${odd.length}${all} to look at:` : ', nothing odd found so far.'),
+      h('p', {}, h('strong', {}, `${known.count} ${known.count === 1 ? 'row' : 'rows'}`), odd.length ? `, ${odd.length} to look at${all}:` : all ? `, nothing odd in the first ${known.rows.length}; the proof looks at all.` : ', nothing odd found so far.'),
       odd.length ? h('div', { class: 'rows', tabindex: 0, role: 'region', 'aria-label': 'Rows to look at' }, h('table', {}, h('thead', {}, h('tr', {}, ['Row', 'Who', 'Why'].map((label) => h('th', { scope: 'col' }, label)))),
-        h('tbody', {}, odd.map((one) => h('tr', {}, h('td', {}, one.row), h('td', {}, one.called), h('td', {}, one.why.join('; '))))))) : '',
+        h('tbody', {}, alike.map(([why, some]) => h('tr', {}, h('td', {}, some.length > 1 ? `${some.length} rows` : some[0].row), h('td', {}, some.length > 1 ? named(some) : some[0].called), h('td', {}, why)))))) : '',
       known.notes.map((note) => h('p', { class: 'quiet' }, `${note[0].toUpperCase()}${note.slice(1)}.`)));
   }
   const chips = (press) => h('div', { class: 'chips', role: 'group', 'aria-label': press ? 'Gaps that the table fills' : 'Columns' },
@@ -100,7 +100,7 @@ export async function show(main, shared, [name]) {
       before.hidden = !batches.length;
       list.replaceChildren(...batches.map((one) => h('li', {}, h('a', { class: 'button', href: `#table/${one.batch}` }, h('span', {}, one.title), h('span', { class: 'quiet' }, `${one.batch} · ${one.batch in now ? 'being made' : STATES[one.state]}`)))));
     }).catch(() => {});
-    const [onceLabel, once] = tick('Write to rows that are the same only once (--once)', { checked: Boolean(draft.once), onchange: refused(async () => { keep({ once: once.checked }); await look(); draw(); }) });
+    const [onceLabel, once] = tick('Write only one letter to rows that are the same', { checked: Boolean(draft.once), onchange: refused(async () => { keep({ once: once.checked }); await look(); draw(); }) });
     return [h('h1', {}, 'Who gets a letter?'),
       picker(known ? 'Another table' : 'The table', 'Drop it here: CSV or Excel, a row for each letter, the names of the columns on top.', { accept: TAKEN }, given),
       known ? '' : h('div', { class: 'row' }, act('Try it with a sample', sample), h('a', { class: 'button', href: 'sample.csv', download: 'sample.csv' }, 'Save the sample table')),
@@ -146,25 +146,31 @@ export async function show(main, shared, [name]) {
 
   /** The page of a row, as the letter is now. */
   const side = h('figure', { class: 'sheet' }), who = h('span', { class: 'quiet', 'aria-live': 'polite' }), wrong = h('p', { class: 'bad', role: 'alert' });
+  const asks = h('input', { type: 'number', min: 1, 'aria-label': 'Row', onchange: () => { picked = true; row = known.numbers.find((one) => one >= Number(asks.value)) ?? known.numbers.at(-1); previewed(); } });
   const turn = (by) => {
-    const at = known.rows.findIndex((one) => one.row === row);
-    row = known.rows[(at + by + known.rows.length) % known.rows.length].row;
+    picked = true;
+    row = known.numbers.at((known.numbers.indexOf(row) + by) % known.numbers.length);
     previewed();
   };
   const view = h('section', { class: 'desk', 'aria-label': 'The letter of a row' },
-    h('div', { class: 'tools' }, h('button', { type: 'button', class: 'icon', 'aria-label': 'Row before', onclick: () => turn(-1) }, '‹'), who, h('button', { type: 'button', class: 'icon', 'aria-label': 'Next row', onclick: () => turn(1) }, '›')),
+    h('div', { class: 'tools' }, h('button', { type: 'button', class: 'icon', 'aria-label': 'Row before', onclick: () => turn(-1) }, '‹'), asks, h('button', { type: 'button', class: 'icon', 'aria-label': 'Next row', onclick: () => turn(1) }, '›'), who),
     h('div', { class: 'asks' }, wrong), h('div', { class: 'paper', tabindex: 0, 'aria-label': 'The page, to scroll' }, side));
   async function previewed() {
     showing?.abort();
     const own = showing = new AbortController();
-    row ??= known.rows[0]?.row ?? null;
-    const one = known.rows.find((each) => each.row === row);
-    who.textContent = one ? `row ${one.row}: ${one.called}` : 'no rows';
-    if (!one || !draft.letter.trim()) { side.replaceChildren(); wrong.textContent = ''; return; }
+    row = known.numbers.includes(row) ? row : (known.rows.find((one) => !one.why.length) ?? known.rows[0])?.row; // first one that is as it should be
+    asks.value = row ?? ''; who.textContent = `${known.rows.find((one) => one.row === row)?.called ?? ''}`;
+    if (!row || !draft.letter.trim()) { side.replaceChildren(); wrong.textContent = ''; return; }
     try {
-      const { tried, trouble } = await request('POST', '/api/batches/tried', asked({ row }), own.signal), { filled, why } = tried;
-      wrong.textContent = trouble || (filled ? '' : why.join('; '));
-      if (!filled || trouble) return;
+      const { tried, trouble } = await request('POST', '/api/batches/tried', asked({ row }), own.signal), { filled, why, called } = tried;
+      if (!filled && !trouble && !picked) { // nobody asked for this one: one that has all the letter needs is shown
+        await look();
+        const good = known.rows.find((one) => one.filled && !one.why.length)?.row ?? row;
+        if (good !== row) { row = good; await previewed(); return; }
+      }
+      who.textContent = called;
+      wrong.textContent = [trouble, ...why].filter(Boolean).join('; '); // of what is wrong with a row a page may be shown all the same
+      if (!filled || trouble) { side.replaceChildren(); return; }
       const drawn = shared.choices.hands.find((each) => each.name === draft.hand)?.drawn;
       const wanted = { text: filled, letter: Boolean(draft.markdown), hand: draft.hand, page: draft.page, fallback: true, seed: row, ...(drawn ? { format: 'svg' } : { format: 'png', dpi: SCREEN_DPI }) };
       side.classList.add('coming');
@@ -178,7 +184,7 @@ export async function show(main, shared, [name]) {
         const image = h('img', { alt: filled, src: URL.createObjectURL(await blob(fileOf(done), '', 'GET', undefined, own.signal)), onload: () => URL.revokeObjectURL(image.src) });
         side.replaceChildren(image);
       }
-      if (done.facts.pages > 1) wrong.textContent = `It needs ${done.facts.pages} pages of ${draft.page}; the first is shown.`;
+      if (done.facts.pages > 1) wrong.textContent += `It needs ${done.facts.pages} pages of ${draft.page}; the first is shown.`;
     } catch (error) {
       if (error.name !== 'AbortError') wrong.textContent = error.message;
     } finally {

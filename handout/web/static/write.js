@@ -2,7 +2,7 @@
 
 import { request, task, blob, text as fetched, fileOf } from './api.js';
 import * as drafts from './drafts.js';
-import { h, s, field, tick, choice, picker, say, save } from './dom.js';
+import { choice, field, h, machine, picker, s, save, say, tick } from './dom.js';
 import { play } from './replay.js';
 import { marks, moved } from './marks.js';
 
@@ -10,7 +10,7 @@ const FIRST = 'Dear Ada,\n\nthank you for the jam: it is nearly finished, and we
 const PAUSE = { least: 120, most: 700 }; // ms after the last key; between them half of what the page took last
 const SCREEN_DPI = 150;
 const INKS = { '': 'the pen’s own', '#20223a': 'black', '#24408e': 'blue', '#7c1f2b': 'red', '#1f5a3c': 'green' };
-const FORMATS = { pdf: 'PDF', svg: 'SVG', png: 'PNG', inkml: 'InkML', json: 'JSON', gcode: 'G-code', hpgl: 'HP-GL', ebb: 'EBB' };
+const FORMATS = { pdf: 'PDF, to print or send', png: 'PNG, a picture', svg: 'SVG, lines to work on', inkml: 'InkML, movements of a pen', json: 'JSON, for programs', gcode: 'G-code, for a plotter', hpgl: 'HP-GL, for a plotter', ebb: 'EBB, for a plotter' };
 const KINDS = { text: 'Plain text', letter: 'With headings and pictures (Markdown)' };
 const ALIGNED = { ragged: 'as people write', left: 'at the left', centre: 'in the middle', right: 'at the right' };
 const DIE = 'M5 3h14a2 2 0 0 1 2 2v14a2 2 0 0 1-2 2H5a2 2 0 0 1-2-2V5a2 2 0 0 1 2-2Zm0 2v14h14V5Zm3 1.7A1.6 1.6 0 1 1 8 9.9a1.6 1.6 0 0 1 0-3.2Zm8 0a1.6 1.6 0 1 1 0 3.2 1.6 1.6 0 0 1 0-3.2Zm-4 3.7a1.6 1.6 0 1 1 0 3.2 1.6 1.6 0 0 1 0-3.2Zm-4 3.7a1.6 1.6 0 1 1 0 3.2 1.6 1.6 0 0 1 0-3.2Zm8 0a1.6 1.6 0 1 1 0 3.2 1.6 1.6 0 0 1 0-3.2Z';
@@ -126,8 +126,8 @@ export async function show(main, shared, [hand]) {
         h('div', {}, field('Letter height, mm', made.x_height), h('span', { class: 'quiet small' }, 'of an x; empty: as the hand writes')),
         h('div', {}, h('span', { class: 'label' }, 'Another version'), h('div', { class: 'joined' }, die, h('span', { class: 'quiet small' }, 'the same words, written again')))),
       h('details', { class: 'more', open: Boolean(kept.more) }, h('summary', {}, 'More'),
-        h('div', { class: 'grid' }, h('div', {}, h('label', { for: 'variation' }, 'How much letters vary: ', spread), made.variation), field('Handstyle', made.style),
-          field('Easier to read than the author writes', made.legible), field('Words struck out, in 100', made.slips), field('Seed', made.seed), h('div', { class: 'all' }, fallback), h('div', { class: 'all' }, fitting)))),
+        h('div', { class: 'grid' }, h('div', {}, h('label', { for: 'variation' }, 'How much letters vary: ', spread), made.variation), field('Style of movement', made.style),
+          field('Easier to read than the author writes', made.legible), field('Words struck out, in 100', made.slips), field('Number of the version', made.seed), h('div', { class: 'all' }, fallback), h('div', { class: 'all' }, fitting)))),
   );
   made.text.id = 'text'; made.kind.setAttribute('aria-label', 'Kind of text'); made.ink.id = 'ink'; made.variation.id = 'variation';
 
@@ -247,7 +247,7 @@ export async function show(main, shared, [hand]) {
     back.disabled = page === 0; on.disabled = page >= facts.pages - 1;
     const sentences = told(facts, done.said);
     if (rewritten.size) sentences.push(`Written again: ${(facts.words || []).filter((word) => rewritten.has(word.at)).map((word) => `“${word.word}”`).join(', ')}. All other words are kept.`);
-    const figures = [plural(facts.lines, 'line'), facts.strokes ? `${plural(facts.strokes, 'stroke')}, ${clock(facts.duration_s)} by hand` : '', `seed ${facts.seed}`];
+    const figures = [plural(facts.lines, 'line'), facts.strokes ? `${plural(facts.strokes, 'stroke')}, ${clock(facts.duration_s)} by hand` : '', `version ${facts.seed}`];
     notes.replaceChildren(h('p', { class: 'quiet' }, figures.filter(Boolean).join(' · ')), sentences.length ? h('ul', {}, sentences.map((one) => h('li', {}, one))) : '');
   }
 
@@ -384,7 +384,7 @@ export async function show(main, shared, [hand]) {
         },
       }, h('h3', {}, title), fields, h('div', { class: 'row' }, go));
     };
-    const before = { device: 'plotter-grbl-servo', ...JSON.parse(localStorage.getItem('handout-machine') || '{}') };
+    const before = machine();
     const device = choice(Object.keys(machines), machines), copies = h('input', { type: 'number', min: 1, max: 100, value: 1 });
     if (before.device in machines) device.value = before.device;
     const printer = h('select', { required: true }, h('option', { value: '' }, 'Looking for printers …'));

@@ -13,8 +13,8 @@ from handout.inking.papers import Paper
 from handout.inking.pen import usual
 from handout.motion.trace import STEPS, letters_of_samples, trace
 from handout.page_sizes import page
+from handout.simulated.flatbed import lay
 from handout.simulated.scanner import Flatbed
-from handout.simulated.scanner.placement import lay
 from handout.writing.compose import compose
 from handout.writing.layout import Layout
 from handout_lab.author import page_score

@@ -1,7 +1,6 @@
 """Every dialect of the table is whole: nothing of it has to be known anywhere else."""
 
 import dataclasses
-import importlib
 import typing
 
 import pytest
@@ -9,6 +8,7 @@ import pytest
 from handout import profiles
 from handout.pipeline import programs
 from handout.plotting.dialects import DIALECTS, dialect, usual_devices
+from handout.simulated.plotter.firmware import firmware_of
 
 
 @pytest.fixture(params=DIALECTS)
@@ -41,8 +41,9 @@ def test_servos_have_values_unless_the_pen_is_the_machine_s_own(name):
 
 
 def test_there_is_a_simulated_controller_that_shares_nothing(name):
-    controller = importlib.import_module(dialect(name).simulator).Firmware
-    assert controller.framing() is not None and controller.__module__.startswith(dialect(name).simulator)
+    controller = firmware_of(usual(name))
+    assert controller.framing() is not None
+    assert dialect(name).simulator == f"{controller.__module__}:{controller.__name__}"
 
 
 def test_the_simulated_controller_answers_the_question(name):

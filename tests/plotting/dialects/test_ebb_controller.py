@@ -7,11 +7,10 @@ from cursive import page
 
 from handout import profiles
 from handout.errors import DeviceAlarm, DeviceGarbled, DeviceSilent, PortError
-from handout.plotting import open_port, plan, run
+from handout.plotting import observation, open_port, plan, run
 from handout.plotting.dialects.ebb import DIALECT as ebb
 from handout.plotting.dialects.ebb import protocol
-from handout.plotting.driving import fidelity
-from handout.plotting.driving.driver import Monitor, connect, draw
+from handout.plotting.driver import Monitor, connect, draw
 
 PROFILE = profiles.find("axidraw-v3", "plotter")
 VERSIONS = ["2.2.7", "2.4.5", "2.6.5", "2.8.1", "3.0.0"]
@@ -33,7 +32,7 @@ def test_a_page_is_drawn_as_it_was_announced(version):
     profile = machine()
     made, port, said = plan(DRAWING, profile), open_port(f"sim:?firmware={version}", profile), []
     report = run(made, port, profile, log=said.append)
-    found = fidelity.compare(DRAWING, port.executed_drawing())
+    found = observation.compare_strokes(DRAWING, port.executed_drawing())
     port.read(0.01)  # old boards are told to rest a moment to find out that all is done
     assert report.executed_s == pytest.approx(made.duration, rel=0.015)
     assert found.deviation < 0.07 and found.correlation > 0.999 and found.rms < 0.01
@@ -97,7 +96,7 @@ def test_an_interrupt_stops_at_once_and_the_place_is_known(version, share):
     assert np.array(port.paper.place[:2]) / 160 == pytest.approx([10, 20], abs=0.01)
     assert controller.position() == pytest.approx((10, 20), abs=0.01)
     again = run(plan(DRAWING, PROFILE), port, PROFILE)  # a program goes to zero first
-    assert fidelity.compare(DRAWING, port.executed_drawing()).deviation < 0.1 and again.lines > 100
+    assert observation.compare_strokes(DRAWING, port.executed_drawing()).deviation < 0.1 and again.lines > 100
 
 
 @pytest.mark.slow
@@ -128,7 +127,7 @@ def test_late_answers_and_a_slow_hub_are_no_fault():
     for query in ("fault=late&after=30&late=100ms", "latency=4ms"):
         port = opened(query)
         run(plan(DRAWING, PROFILE), port, PROFILE)
-        assert fidelity.compare(DRAWING, port.executed_drawing()).deviation < 0.1
+        assert observation.compare_strokes(DRAWING, port.executed_drawing()).deviation < 0.1
 
 
 def test_motors_without_power_are_noticed_before_and_under_way():
@@ -212,7 +211,7 @@ def test_a_board_in_the_new_form_of_answers_is_understood():
     port.write(b"CU,10,1\r")
     port.read(0.5)
     run(plan(DRAWING, PROFILE), port, PROFILE)
-    assert fidelity.compare(DRAWING, port.executed_drawing()).deviation < 0.1
+    assert observation.compare_strokes(DRAWING, port.executed_drawing()).deviation < 0.1
 
 
 def test_what_was_left_of_a_command_moves_nothing():
@@ -229,7 +228,7 @@ def test_a_brushless_pen_lift_has_a_pin_and_pulses_of_its_own(firmware):
     brushless = profiles.find("nextdraw-8511", "plotter")
     made, port = plan(DRAWING, brushless), open_port(f"sim:?firmware={firmware}", brushless)
     run(made, port, brushless)
-    assert fidelity.compare(DRAWING, port.executed_drawing()).deviation < 0.1
+    assert observation.compare_strokes(DRAWING, port.executed_drawing()).deviation < 0.1
     assert protocol.pen(True, brushless.pen).endswith(b",2\r") and b"SC,8,1\r" in protocol.reach(brushless.pen)
     swing = next(data for data in protocol.reach(brushless.pen) if data.startswith(b"SC,11,"))
     pulses = (9720 - 8280) / int(swing[6:]) * 0.003

@@ -9,12 +9,12 @@ from cursive import page
 from handout import profiles
 from handout.errors import InputError
 from handout.plotting import plan
+from handout.plotting.dialects import MoveBlock, Pause, PenBlock, Timed
 from handout.plotting.dialects.ebb import DIALECT as ebb
 from handout.plotting.dialects.ebb import protocol
 from handout.plotting.dialects.ebb.conversation import EbbConversation
 from handout.plotting.dialects.ebb.protocol import About, Error, Note, Ok, Values
 from handout.plotting.dialects.ebb.stepping import UNKNOWN, Version
-from handout.plotting.planning.blocks import MoveBlock, Pause, PenBlock, Timed
 
 PROFILE = profiles.find("axidraw-v3", "plotter")
 

@@ -13,11 +13,9 @@ from hypothesis import strategies as st
 
 from handout import profiles, signals
 from handout.errors import DeviceAlarm, DeviceError
-from handout.plotting import open_port, plan, run
-from handout.plotting.dialects import dialect
+from handout.plotting import observation, open_port, plan, run
+from handout.plotting.dialects import MoveBlock, dialect
 from handout.plotting.dialects.grbl.controller import GrblController
-from handout.plotting.driving import fidelity
-from handout.plotting.planning.blocks import MoveBlock
 
 SERVO, ON_Z = profiles.find("simulated", "plotter"), profiles.find("grbl-z", "plotter")
 DRAWING = page(words=4)
@@ -90,7 +88,7 @@ def test_a_flipped_digit_is_noticed_by_where_the_machine_is():
             noticed += 1
             assert not port.pen_is_down
         else:
-            assert fidelity.compare(DRAWING, port.executed_drawing()).deviation < 2.0
+            assert observation.compare_strokes(DRAWING, port.executed_drawing()).deviation < 2.0
     assert noticed >= 3
 
 
@@ -225,7 +223,7 @@ def test_relatives_and_odd_memories_are_understood(options):
     profile = msgspec.structs.replace(SERVO, homing="$22" in options)
     port = open_port(f"sim:?{options}", profile)
     run(plan(DRAWING, profile), port, profile, log=said.append)
-    assert fidelity.compare(DRAWING, port.executed_drawing()).deviation < 0.1 and port.lost_bytes == 0
+    assert observation.compare_strokes(DRAWING, port.executed_drawing()).deviation < 0.1 and port.lost_bytes == 0
     assert said == (["Homing: the plotter looks for its zero."] if profile.homing else [])
 
 

@@ -7,8 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from handout import profiles
+from handout.plotting.dialects import MoveBlock, Pause, PenBlock
 from handout.plotting.dialects.grbl import protocol
-from handout.plotting.planning.blocks import MoveBlock, Pause, PenBlock
 
 SERVO, ON_Z = profiles.find("grbl-servo", "plotter"), profiles.find("grbl-z", "plotter")
 BLOCKS = [

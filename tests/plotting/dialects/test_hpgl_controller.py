@@ -7,10 +7,9 @@ from cursive import page
 
 from handout import profiles
 from handout.errors import DeviceAlarm, DeviceGarbled, DeviceSilent, DoesNotFit, PortError
-from handout.plotting import open_port, plan, run
+from handout.plotting import observation, open_port, plan, run
 from handout.plotting.dialects.hpgl import protocol
 from handout.plotting.dialects.hpgl.controller import HpglController, PenPosition
-from handout.plotting.driving import fidelity
 from handout.profiles import Length, Time
 
 PROFILE = profiles.find("hp-7475a", "plotter")
@@ -30,7 +29,7 @@ def test_a_page_arrives_whole_whatever_the_buffer_and_the_wire(options):
     if "queue" in options:  # a plotter that takes in more vectors than others: its profile has to say so
         profile = msgspec.structs.replace(PROFILE, port=msgspec.structs.replace(PROFILE.port, queue=8))
     report = run(plan(DRAWING, profile), port, profile)
-    found = fidelity.compare(DRAWING, port.executed_drawing())
+    found = observation.compare_strokes(DRAWING, port.executed_drawing())
     assert port.lost_bytes == 0 and port.at_rest and not port.pen_is_down and port.firmware.error == 0
     assert found.deviation < 0.06
     if options in ("", "queue=8"):
@@ -48,7 +47,7 @@ def test_wherever_zero_is_and_however_coordinates_are_turned(origin, rotation):
     )
     port, said = open_port("sim:", profile), []
     run(plan(DRAWING, profile), port, profile, log=said.append)
-    assert fidelity.compare(DRAWING, port.executed_drawing()).deviation < 0.06
+    assert observation.compare_strokes(DRAWING, port.executed_drawing()).deviation < 0.06
     assert not any("less than the profile" in line for line in said)
 
 
@@ -64,8 +63,8 @@ def test_other_speeds_and_orders_are_announced_as_well():
 def test_the_plan_admits_that_the_timing_is_lost():
     port = open_port("sim:", PROFILE)
     run(PLAN, port, PROFILE)
-    found = fidelity.compare(DRAWING, port.executed_drawing())
-    predicted = fidelity.compare(PLAN.intended_drawing(), PLAN.predicted_drawing()).correlation
+    found = observation.compare_strokes(DRAWING, port.executed_drawing())
+    predicted = observation.compare_strokes(PLAN.intended_drawing(), PLAN.predicted_drawing()).correlation
     assert predicted < 0.8 and predicted == pytest.approx(found.correlation, abs=0.1)
     assert PLAN.stretched == pytest.approx(found.stretched, rel=0.02) and PLAN.stretched < 1.15
 
@@ -174,7 +173,7 @@ def test_view_holds_the_plot_and_says_so():
     report = run(PLAN, port, PROFILE, log=said.append)
     assert report.executed_s > report.announced_s + 2
     assert sum("VIEW" in line for line in said) == 1
-    assert fidelity.compare(DRAWING, port.executed_drawing()).deviation < 0.06
+    assert observation.compare_strokes(DRAWING, port.executed_drawing()).deviation < 0.06
 
 
 def test_no_paper_is_said_before_anything_moves():

@@ -14,10 +14,9 @@ from hypothesis import strategies as st
 from handout import profiles, shipped
 from handout.errors import ProfileError
 from handout.plotting import plan
-from handout.plotting.dialects import dialect
+from handout.plotting.dialects import MoveBlock, Pause, PenBlock, dialect
 from handout.plotting.dialects.hpgl import protocol
 from handout.plotting.dialects.hpgl.controller import PenPosition
-from handout.plotting.planning.blocks import MoveBlock, Pause, PenBlock
 
 PROFILE = profiles.find("hp-7475a", "plotter")
 ONE_PEN = profiles.find("hpgl", "plotter")

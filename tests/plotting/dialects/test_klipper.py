@@ -14,15 +14,14 @@ from hypothesis import strategies as st
 
 from handout import profiles
 from handout.errors import DeviceAlarm, DeviceError, DeviceGarbled, DeviceSilent, DoesNotFit, InputError, PortError
-from handout.plotting import connections, open_port, plan, run
+from handout.plotting import connections, observation, open_port, plan, run
+from handout.plotting.dialects import MoveBlock, Pause, PenBlock
 from handout.plotting.dialects.klipper import DIALECT as klipper
 from handout.plotting.dialects.klipper import protocol
 from handout.plotting.dialects.klipper.controller import Executed
-from handout.plotting.driving import fidelity
 from handout.plotting.jobs import runner, store
 from handout.plotting.jobs.store import JobOptions
-from handout.plotting.moonraker_ports import MoonrakerPort
-from handout.plotting.planning.blocks import MoveBlock, Pause, PenBlock
+from handout.plotting.network_ports import MoonrakerPort
 from handout_lab.ink_comparison import compare
 
 replace = msgspec.structs.replace
@@ -93,7 +92,7 @@ def test_places_are_told_in_the_coordinates_of_the_program():
 def test_a_plot_is_drawn_as_meant(profile):
     port, said = open_port("sim:", profile), []
     report = run(plan(DRAWING, profile), port, profile, log=said.append)
-    assert fidelity.compare(DRAWING, port.executed_drawing()).deviation < 0.05
+    assert observation.compare_strokes(DRAWING, port.executed_drawing()).deviation < 0.05
     assert said == (["Homing: the plotter looks for its zero."] if profile.homing else [])
     assert "four times a second" in report.observation.unknown and port.at_rest and not port.pen_is_down
     assert abs(report.executed_s - report.announced_s) < 0.8  # it begins late, and is asked for its end
@@ -143,7 +142,7 @@ def test_a_stall_and_slow_answers_only_take_time():
     for way in ("fault=stall&after=8", "fault=late&late=800ms&after=3", "latency=40ms"):
         port = open_port(f"sim:?{way}", SERVO)
         run(plan(DRAWING, SERVO), port, SERVO)
-        assert fidelity.compare(DRAWING, port.executed_drawing()).deviation < 0.05
+        assert observation.compare_strokes(DRAWING, port.executed_drawing()).deviation < 0.05
 
 
 def test_an_interrupt_lets_it_finish_what_it_has_in_hand():

@@ -7,8 +7,8 @@ import pytest
 
 from handout import profiles
 from handout.errors import DeviceAlarm, DeviceSilent, PortError
+from handout.plotting.dialects import MoveBlock, Pause, PenBlock
 from handout.plotting.dialects.marlin import DIALECT as marlin
-from handout.plotting.planning.blocks import MoveBlock, Pause, PenBlock
 from handout.simulated.plotter import SimulatedPlotter
 from handout.simulated.plotter.options import SimulatorOptions
 

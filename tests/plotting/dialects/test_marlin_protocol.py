@@ -9,10 +9,10 @@ from hypothesis import strategies as st
 
 from handout import profiles
 from handout.plotting import plan
+from handout.plotting.dialects import MoveBlock, Pause, PenBlock
 from handout.plotting.dialects.marlin import DIALECT as marlin
 from handout.plotting.dialects.marlin import protocol
 from handout.plotting.dialects.marlin.controller import PlannerQueue
-from handout.plotting.planning.blocks import MoveBlock, Pause, PenBlock
 
 SERVO, ON_Z = profiles.find("marlin-servo", "plotter"), profiles.find("creality-ender-3", "plotter")
 BLOCKS = [

@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 
 from handout import profiles
 from handout.plotting import open_port, plan
+from handout.plotting.dialects import Timed
 from handout.plotting.dialects.ebb import DIALECT as ebb
-from handout.plotting.planning.blocks import Timed
-from handout.simulated.plotter.ebb import engine
+from handout.simulated.plotter import ebb_engine
 
 PROFILE = profiles.find("axidraw-v3", "plotter")
 FULL = 2**31
@@ -219,7 +219,7 @@ def test_all_ticks_at_once_are_the_same_as_one_after_the_other(count, rate, gain
         gain = 0
     left, place = [begin, begin], [0, 0]
     steps = ticks(f"LT,{count},{rate},{gain},{-rate},{-gain if signed else gain}", signed, left, place)
-    move = engine.by_time(count, (rate, -rate), (gain, -gain if signed else gain), [begin, begin], signed)
+    move = ebb_engine.by_time(count, (rate, -rate), (gain, -gain if signed else gain), [begin, begin], signed)
     if not signed or abs(rate) + abs(gain) * count < FULL:
         assert (move.steps == steps).all() and list(move.after) == left
 
@@ -227,11 +227,11 @@ def test_all_ticks_at_once_are_the_same_as_one_after_the_other(count, rate, gain
 @pytest.mark.parametrize(("half", "expected"), [(True, 0.077), (False, 0.077)])
 def test_lm_takes_the_time_its_documentation_says(half, expected):
     """Example 6: 500 to 800 steps a second over 50 steps takes 77 ms."""
-    move = engine.by_steps((50, 0), (42950000, 0), (13400, 0), [0, 0], half)
-    assert move.steps[-1].tolist() == [50, 0] and move.ticks * engine.TICK == pytest.approx(expected, abs=0.001)
+    move = ebb_engine.by_steps((50, 0), (42950000, 0), (13400, 0), [0, 0], half)
+    assert move.steps[-1].tolist() == [50, 0] and move.ticks * ebb_engine.TICK == pytest.approx(expected, abs=0.001)
 
 
 def test_lt_does_what_its_documentation_says():
     """Example 3: 200 to 100 and 100 to 200 steps a second over half a second: 75 steps each."""
-    move = engine.by_time(12500, (17179000, 8592000), (-687, 687), [0, 0], False)
+    move = ebb_engine.by_time(12500, (17179000, 8592000), (-687, 687), [0, 0], False)
     assert np.abs(move.steps[-1] - 75).max() <= 1

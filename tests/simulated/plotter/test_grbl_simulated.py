@@ -19,7 +19,7 @@ from handout.errors import InputError, PortError
 from handout.plotting import connections, open_port, plan, run
 from handout.simulated.plotter import SimulatedPlotter, surroundings
 from handout.simulated.plotter.options import FAULTS, parse
-from handout.simulated.plotter.stepper import _ramp
+from handout.simulated.plotter.planner import _ramp
 
 SERVO, ON_Z = profiles.find("simulated", "plotter"), profiles.find("grbl-z", "plotter")
 

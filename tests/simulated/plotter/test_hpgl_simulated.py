@@ -6,8 +6,8 @@ import pytest
 
 from handout import profiles
 from handout.plotting import open_port
-from handout.simulated.plotter.hpgl.carriage import Carriage
-from handout.simulated.plotter.hpgl.parser import Escapes
+from handout.simulated.plotter.hpgl_carriage import Carriage
+from handout.simulated.plotter.hpgl_firmware import Escapes
 
 PROFILE = profiles.find("hpgl", "plotter")
 

@@ -10,8 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from handout import profiles
-from handout.plotting import open_port, plan, run
-from handout.plotting.driving import fidelity
+from handout.plotting import observation, open_port, plan, run
 
 SERVO = profiles.find("marlin-servo", "plotter")
 replace = msgspec.structs.replace
@@ -185,9 +184,9 @@ def test_what_is_planned_is_executed(limits, rms):
     drawing = page(words=4)
     made, port = plan(drawing, profile), open_port("sim:", profile)
     report = run(made, port, profile)
-    found = fidelity.compare(drawing, port.executed_drawing())
+    found = observation.compare_strokes(drawing, port.executed_drawing())
     assert report.executed_s == pytest.approx(made.duration, rel=0.03)
     assert found.deviation < 0.06 and found.rms < rms
-    predicted = fidelity.compare(made.intended_drawing(), made.predicted_drawing())
+    predicted = observation.compare_strokes(made.intended_drawing(), made.predicted_drawing())
     assert found.rms == pytest.approx(predicted.rms, abs=0.01)
     assert report.stretched == pytest.approx(made.stretched, abs=0.01)

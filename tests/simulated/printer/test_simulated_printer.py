@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 from handout.errors import InputError
 from handout.profiles import Length, Margins
 from handout.simulated import spectra
-from handout.simulated.printer import FAULTS, PAPERS, Inkjet, faults
+from handout.simulated.printer import FAULTS, PAPERS, Inkjet, find_blocked_rows, weaken_rows
 from handout_lab import offset_press
 from handout_lab.offset_press import Measured
 
@@ -146,7 +146,7 @@ def test_a_clogged_nozzle_leaves_lines_without_cyan_only():
     page[:, 2:] = (255, 0, 255)
     printed = seen(Inkjet(faults=["clogged"]).print_page(page, DPI))
     white, cyan, magenta = Inkjet().patches(CORNERS[:3])
-    blocked = faults.find_blocked_rows(400, DPI)
+    blocked = find_blocked_rows(400, DPI)
     assert printed[blocked, 0] == pytest.approx(np.broadcast_to(white, (blocked.sum(), 3)), abs=1e-6)
     assert printed[~blocked, 0] == pytest.approx(np.broadcast_to(cyan, ((~blocked).sum(), 3)), abs=1e-6)
     assert printed[:, 3] == pytest.approx(np.broadcast_to(magenta, (400, 3)), abs=1e-6)
@@ -155,7 +155,7 @@ def test_a_clogged_nozzle_leaves_lines_without_cyan_only():
 
 
 def test_banding_repeats_with_the_head_and_never_adds_ink():
-    ink = faults.weaken_rows(1000, DPI)
+    ink = weaken_rows(1000, DPI)
     assert ink.max() <= 1 and ink.min() > 0.6
     assert ink[:66] == pytest.approx(ink[200:266], abs=0.02)
 

@@ -7,8 +7,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from handout.errors import InputError
-from handout.simulated.printer import Flatbed, Inkjet
-from handout.simulated.scanner import placement
+from handout.simulated import flatbed
+from handout.simulated.printer import Inkjet
+from handout.simulated.scanner import Flatbed
 
 IDEAL = Flatbed.ideal()
 DPI = 100
@@ -113,9 +114,9 @@ def test_the_place_does_not_depend_on_the_resolution(plain):
 @given(st.integers(0, 1000), st.floats(0.1, 5))
 @settings(max_examples=20, deadline=None)
 def test_warp_is_as_great_as_it_is_said_to_be(seed, most):
-    bends = placement.bends(most, rng(seed))
+    bends = flatbed.bends(most, rng(seed))
     u = np.linspace(0, 1, 41)
-    size = np.hypot(*(placement.smooth_field(field, u, u) for field in bends))
+    size = np.hypot(*(flatbed.smooth_field(field, u, u) for field in bends))
     assert size.max() == pytest.approx(most)
 
 

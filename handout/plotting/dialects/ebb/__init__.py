@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from handout.plotting.dialect import Dialect, PenValues, Question
+from handout.plotting.dialects import Dialect, PenValues, Question
 from handout.plotting.dialects.ebb.controller import EbbController
 from handout.plotting.dialects.ebb.protocol import program, set_pen
 from handout.plotting.planning.plan import Plan
@@ -28,7 +28,7 @@ DIALECT = Dialect(
     file=file,
     set_pen=set_pen,
     connect=EbbController,
-    simulator="handout.simulated.plotter.ebb",
+    simulator="handout.simulated.plotter.ebb_firmware:EbbFirmware",
     question=Question(b"\rV\r", re.compile(rb"(EBB[^\r\n]*)"), (115200,)),
     clues=(b"QT\r",),  # its nickname
     usb=frozenset({(0x04D8, 0xFD92)}),  # of the EiBotBoard, by its makers' documentation

@@ -8,7 +8,7 @@ from collections import deque
 import numpy as np
 
 from handout.errors import DeviceAlarm, DeviceGarbled, DeviceSilent
-from handout.plotting.dialect import BUTTON_LOOK, ButtonPressed, Log, StateReport
+from handout.plotting.dialects import BUTTON_LOOK, ButtonPressed, Log, StateReport
 from handout.plotting.dialects.base import BaseController
 from handout.plotting.dialects.ebb import protocol
 from handout.plotting.dialects.ebb.conversation import QUEUE, REST, Asked, EbbConversation, check_power
@@ -45,7 +45,7 @@ _BESIDE = 0.2  # mm; a command need not lead quite straight
 
 
 class EbbController(BaseController):
-    """A machine with an EBB; the docstrings of `dialect.Controller` say what its methods do.  It cannot be held.
+    """A machine with an EBB; the docstrings of `dialects.Controller` say what its methods do.  It cannot be held.
 
     The board answers a motion when that goes into its queue; so all but the last few that were answered, as many as
     the queue holds and the one under way, have certainly been executed.

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import msgspec
 
 from handout.errors import DeviceAlarm, DeviceGarbled, DeviceSilent
-from handout.plotting.dialect import Log
+from handout.plotting.dialects import Log
 from handout.plotting.dialects.base import GLANCE, Conversation, silence_error
 from handout.plotting.dialects.ebb import protocol
 from handout.plotting.dialects.ebb.protocol import About, Error, Note, Ok, Reply, Values

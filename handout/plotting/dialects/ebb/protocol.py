@@ -12,9 +12,8 @@ from typing import NamedTuple
 
 from handout.errors import InputError
 from handout.plotting import pen_lift
-from handout.plotting.dialect import Command
+from handout.plotting.dialects import Block, Command, MoveBlock, Pause, PenBlock, Timed, UserLines
 from handout.plotting.dialects.ebb.stepping import HOME, Motors, Version
-from handout.plotting.planning.blocks import Block, MoveBlock, Pause, PenBlock, Timed, UserLines
 from handout.profiles import PenLift as PenProfile
 from handout.profiles import Plotter
 
@@ -139,7 +138,7 @@ def _rate(way: float, seconds: float, period: float) -> int:
 
 
 def set_pen(profile: PenProfile, value: float) -> list[bytes]:
-    """The pen goes to a length of its pulse; see `dialect.Dialect`."""
+    """The pen goes to a length of its pulse; see `dialects.Dialect`."""
     there = pen_lift.lower_at_once(profile, value)
     return [*reach(profile), command("SC", 5, round(value)), pen(True, there)]
 

@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from handout.plotting.planning.blocks import Timed
+from handout.plotting.dialects import Timed
 from handout.profiles import Plotter
 from handout.values import Array
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from handout.plotting.dialect import Dialect, PenValues, Question
+from handout.plotting.dialects import Dialect, PenValues, Question
 from handout.plotting.dialects.gcode import header
 from handout.plotting.dialects.grbl.controller import GrblController
 from handout.plotting.dialects.grbl.protocol import program, set_pen
@@ -35,7 +35,7 @@ DIALECT = Dialect(
     file=to_gcode,
     set_pen=set_pen,
     connect=GrblController,
-    simulator="handout.simulated.plotter.grbl",
+    simulator="handout.simulated.plotter.grbl_firmware:GrblFirmware",
     clues=(b"$$\n",),  # its travel, and settings that only some have
     question=Question(b"$I\n", re.compile(rb"\[VER:([^\]\r\n]*)"), (115200,)),
     suffixes=(".gcode", ".nc", ".ngc"),

@@ -11,10 +11,8 @@ from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 from handout.plotting import pen_lift
-from handout.plotting.dialect import Command
-from handout.plotting.dialects import gcode
+from handout.plotting.dialects import Block, Command, MoveBlock, UserLines, gcode
 from handout.plotting.dialects.gcode import number
-from handout.plotting.planning.blocks import Block, MoveBlock, UserLines
 from handout.profiles import PenLift as PenProfile
 from handout.profiles import Plotter
 
@@ -193,7 +191,7 @@ def set_place(place: tuple[float, float, float]) -> bytes:
 
 
 def set_pen(profile: PenProfile, value: float) -> list[bytes]:
-    """The pen goes to a value or a height; see `dialect.Dialect`."""
+    """The pen goes to a value or a height; see `dialects.Dialect`."""
     return [*MODES, *pen(True, pen_lift.lower_at_once(profile, value)), STANDING]
 
 

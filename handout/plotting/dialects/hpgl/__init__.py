@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 
 from handout.plotting import pen_lift
-from handout.plotting.dialect import Dialect, Question
+from handout.plotting.dialects import Dialect, Question
 from handout.plotting.dialects.hpgl.controller import HpglController
 from handout.plotting.dialects.hpgl.protocol import program
 from handout.plotting.planning.plan import Plan
@@ -28,7 +28,7 @@ DIALECT = Dialect(
     file=file,
     set_pen=set_pen,
     connect=HpglController,
-    simulator="handout.simulated.plotter.hpgl",
+    simulator="handout.simulated.plotter.hpgl_firmware:HpglFirmware",
     question=Question(b"OI;", re.compile(rb"^\s*([0-9A-Z][0-9A-Z-]{3,15})\s*[\r\n]", re.MULTILINE), (9600,)),
     suffixes=(".hpgl", ".plt"),
     usual_device="hpgl",

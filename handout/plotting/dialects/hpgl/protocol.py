@@ -11,8 +11,7 @@ import re
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
-from handout.plotting.dialect import Command
-from handout.plotting.planning.blocks import Block, MoveBlock, Pause, PenBlock, UserLines
+from handout.plotting.dialects import Block, Command, MoveBlock, Pause, PenBlock, UserLines
 from handout.profiles import Plotter
 
 SPACE, SIZE, LINE_ERROR, STATE = b"\x1b.B", b"\x1b.L", b"\x1b.E", b"\x1b.O"  # asked and answered at once

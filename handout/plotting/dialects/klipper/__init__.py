@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 
-from handout.plotting.dialect import Dialect, PenValues, Question
+from handout.plotting.dialects import Dialect, PenValues, Question
 from handout.plotting.dialects.gcode import header
 from handout.plotting.dialects.klipper.controller import KlipperController
 from handout.plotting.dialects.klipper.protocol import PEAKS, homing, program, request, set_pen
@@ -28,7 +28,7 @@ DIALECT = Dialect(
     file=file,
     set_pen=set_pen,
     connect=KlipperController,
-    simulator="handout.simulated.plotter.klipper",
+    simulator="handout.simulated.plotter.klipper_firmware:KlipperFirmware",
     # no speeds: it is asked only where Moonraker is said to be
     question=Question(b"\n" + request(1, "server.info"), re.compile(rb'"moonraker_version": ?"([^"]+)"'), ()),
     suffixes=(".gcode", ".g"),

@@ -18,10 +18,9 @@ import numpy as np
 
 from handout import signals
 from handout.errors import DeviceAlarm, DeviceGarbled, DeviceSilent
-from handout.plotting.dialect import Log, StateReport
-from handout.plotting.dialects import gcode
+from handout.plotting.dialects import Log, StateReport, gcode
 from handout.plotting.dialects.base import BaseController
-from handout.plotting.dialects.klipper import connection, protocol
+from handout.plotting.dialects.klipper import conversation, protocol
 from handout.plotting.dialects.klipper.conversation import MoonrakerConversation
 from handout.plotting.dialects.klipper.protocol import Status
 from handout.plotting.planning.segments import distance_to_lines
@@ -75,7 +74,7 @@ class Executed:
 
 
 class KlipperController(BaseController):
-    """A Klipper machine; the docstrings of `dialect.Controller` say what its methods do."""
+    """A Klipper machine; the docstrings of `dialects.Controller` say what its methods do."""
 
     conversation: MoonrakerConversation
     hurry = 5.0
@@ -84,7 +83,7 @@ class KlipperController(BaseController):
     def __init__(self, port: Port, profile: Plotter, log: Log) -> None:
         super().__init__(profile, log)
         self.conversation = MoonrakerConversation(port, float(profile.port.timeout), log)
-        self.profile, self._acceleration = connection.meet(self.conversation, profile, log)
+        self.profile, self._acceleration = conversation.meet_klipper(self.conversation, profile, log)
         self._batch: list[bytes] = []
         self._sent = self._answered = 0  # commands in scripts that were sent; that were answered
         self._ways: deque[_Way] | None = None
@@ -290,7 +289,7 @@ class KlipperController(BaseController):
         except KeyboardInterrupt:
             self.log("The plotter is stopped dead and no longer knows where it is; Klipper is started anew.")
             self.conversation.result("printer.emergency_stop")
-            connection.restart(self.conversation)
+            conversation.restart(self.conversation)
             if self.profile.pen.lift in ("servo", "command"):
                 self.conversation.fallen, self.conversation.script = False, 0
                 self.conversation.ask(b"".join(protocol.pen(False, self.profile.pen)))

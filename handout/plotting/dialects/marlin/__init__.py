@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from handout.plotting.dialect import Dialect, PenValues, Question
+from handout.plotting.dialects import Dialect, PenValues, Question
 from handout.plotting.dialects.gcode import header
 from handout.plotting.dialects.marlin.controller import MarlinController
 from handout.plotting.dialects.marlin.protocol import homing, program, set_pen
@@ -29,7 +29,7 @@ DIALECT = Dialect(
     file=file,
     set_pen=set_pen,
     connect=MarlinController,
-    simulator="handout.simulated.plotter.marlin",
+    simulator="handout.simulated.plotter.marlin_firmware:MarlinFirmware",
     question=Question(b"M115\n", re.compile(rb"FIRMWARE_NAME:([^\r\n]*?)(?= [A-Z_]+:|[\r\n])"), (115200, 250000)),
     suffixes=(".gcode", ".g", ".gco"),
     usual_device="marlin-servo",

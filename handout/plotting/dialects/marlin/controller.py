@@ -9,12 +9,11 @@ from typing import NamedTuple
 
 from handout import signals
 from handout.errors import DeviceSilent
-from handout.plotting.dialect import Log, StateReport
+from handout.plotting.dialects import Log, MoveBlock, PenBlock, StateReport
 from handout.plotting.dialects.base import BaseController
-from handout.plotting.dialects.marlin import connection, protocol
-from handout.plotting.dialects.marlin.conversation import MarlinConversation, ProtocolLine
+from handout.plotting.dialects.marlin import conversation, protocol
+from handout.plotting.dialects.marlin.conversation import MarlinConversation, ProtocolLine, number_lines
 from handout.plotting.dialects.marlin.protocol import Ok, Position
-from handout.plotting.planning.blocks import MoveBlock, PenBlock
 from handout.plotting.ports import Port
 from handout.profiles import Plotter
 
@@ -102,7 +101,7 @@ class PlannerQueue:
 
 
 class MarlinController(BaseController):
-    """A Marlin machine; the docstrings of `dialect.Controller` say what its methods do."""
+    """A Marlin machine; the docstrings of `dialects.Controller` say what its methods do."""
 
     conversation: MarlinConversation
     hurry = 2.0  # it speaks every 2 s when it is busy
@@ -113,7 +112,7 @@ class MarlinController(BaseController):
         self._planner_queue = PlannerQueue(profile.port.queue, profile.limits.steps_per_mm)
         self._dead = False  # it stopped or was stopped dead: its place is lost, and what it had in hand
         self.conversation = MarlinConversation(port, profile.port.buffer, profile.port.timeout, log, self._note_worked)
-        self.profile, self.able = connection.meet(self.conversation, profile, log)
+        self.profile, self.able = conversation.meet_marlin(self.conversation, profile, log)
         self._planner_queue = PlannerQueue(
             self.profile.port.queue, self.profile.limits.steps_per_mm, self._ask_position()
         )
@@ -197,7 +196,7 @@ class MarlinController(BaseController):
             conversation.port.write(b"\n" + protocol.STOP_DEAD)
             deque(conversation.listen(_DROPS, _MOMENT), maxlen=0)
         # what waits or is wanted again would be drawn beside its place
-        connection.number(conversation, conversation.timeout)
+        number_lines(conversation, conversation.timeout)
 
     def _runs_out(self) -> bool:
         """Let it finish, unless somebody interrupts again."""

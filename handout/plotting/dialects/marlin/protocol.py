@@ -15,10 +15,8 @@ from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 from handout.plotting import pen_lift
-from handout.plotting.dialect import Command
-from handout.plotting.dialects import gcode
+from handout.plotting.dialects import Block, Command, MoveBlock, Pause, PenBlock, UserLines, gcode
 from handout.plotting.dialects.gcode import number
-from handout.plotting.planning.blocks import Block, MoveBlock, Pause, PenBlock, UserLines
 from handout.profiles import PenLift as PenProfile
 from handout.profiles import Plotter
 
@@ -215,7 +213,7 @@ def pen(down: bool, profile: PenProfile) -> list[bytes]:
 
 
 def set_pen(profile: PenProfile, value: float) -> list[bytes]:
-    """The pen goes to a value or a height; see `dialect.Dialect`."""
+    """The pen goes to a value or a height; see `dialects.Dialect`."""
     return [*MODES[:2], *pen(True, pen_lift.lower_at_once(profile, value)), STANDING]
 
 
