@@ -16,7 +16,6 @@ from typing import Any
 import numpy as np
 
 from handout.errors import InputError
-from handout.motion.learned.structure import StructureModel
 from handout.motion.styles.learned_movement import see_manner, see_strokes, through_targets
 from handout.motion.styles.manner import BUILT, manner_distance
 from handout.motion.styles.restyling import (
@@ -68,7 +67,10 @@ def tag(letters: int, style: Style, page: Page, rng: np.random.Generator, built:
     if built is not None and built.model is not None and built.model.structure is not None:
         if style.model is None:
             raise InputError(f"structure: {style.name} moves by rules; a learned structure needs a learned style.")
-        tried = [_invent_tag(style, built, built.model.structure, rng) for _ in range(_TRIES)]
+        tried = list[tuple[Stroke, ...]]()
+        for _ in range(_TRIES):
+            new = built.model.structure.invent(rng, style.learned.temperature, built.primer, _LEAST_WAYS)
+            tried.append(through_targets([new.targets[part] for part in new.parts], style, rng, _WAYS))
         return _place_strokes(_choose_tag(tried, style, built), page, {"title": "A tag", "style": style.name})
     if not 1 <= letters <= MOST_LETTERS:
         raise InputError(f"letters: {letters} is outside 1 to {MOST_LETTERS}.")
@@ -92,12 +94,6 @@ def _throw_letters(letters: int, style: Style, rng: np.random.Generator) -> list
     joined = [join_targets(forms, style.ligature.turn)[0]] if style.ligature.reach > 0 else forms
     lean = np.array([[style.form.stretch, 0.0], [-math.tan(style.form.shear), 1.0]])
     return [points @ lean for points in joined]
-
-
-def _invent_tag(style: Style, built: Style, structure: StructureModel, rng: np.random.Generator) -> tuple[Stroke, ...]:
-    """The strokes of a tag whose targets are invented."""
-    new = structure.invent(rng, style.learned.temperature, built.primer, _LEAST_WAYS)
-    return through_targets([new.targets[part] for part in new.parts], style, rng, _WAYS)
 
 
 def _choose_tag(tried: Sequence[tuple[Stroke, ...]], style: Style, built: Style) -> tuple[Stroke, ...]:
