@@ -39,6 +39,8 @@ _SEEN = 32  # segments until a stroke may show one again at no cost
 # painted from eight, a stroke shares .59 of its segments with the one most like it, .69 at .25 and 96 and with
 # guides forgotten sooner; more makes more joints
 _LATELY, _FORGOTTEN = 0.5, 300
+# of a place, from which all segments of the next are reached: sums of costs are within .01 of those from all
+_SURVIVORS = 32
 _CHANCE = 0.1  # of the perturbation by which two strokes differ
 _LENGTH = 2.0  # how much rather a stroke is guided by one of its own length
 _WET = 3.5 * SEGMENTS  # segments: much shorter strokes are rather guided by those that cover well from the start
@@ -69,26 +71,39 @@ class _Walk:
     """
 
     def __init__(self, borders: _Costs, same: Indices) -> None:
-        self._after, self._same = np.ascontiguousarray(borders.T), same
-        self._again = np.zeros((int(same.max()) + 1, len(same)), np.float32)
-        self._again[same, np.arange(len(same))] = _AGAIN
-        self._total, self._next = np.empty_like(self._after), np.empty_like(self._again)
+        self._borders, self._same, self._every = borders, same, np.arange(len(same))
+        # of each survivor the place where it showed each number last
+        self._shown = np.full((len(same), int(same.max()) + 1), -_SEEN, np.int32)
+        self._shown[self._every, same] = 0
+        self._next = np.empty_like(self._shown)
+        self._own = borders.argmin(axis=0)  # of each segment that which it follows at least cost
+        self._follow = borders[self._own, self._every]
         self._origins = list[Indices]()
 
     def totals(self, costs: _Costs) -> Array:
-        """As `chains.ChainStep`."""
-        np.take(self._again, self._same, axis=0, out=self._total, mode="clip")
-        self._total += self._after
-        self._total += costs
-        origin = self._total.argmin(axis=1)
+        """As `chains.ChainStep`, from the cheapest survivors, and from that which goes on in its own photograph."""
+        place = len(self._origins)
+        few = np.argpartition(costs, _SURVIVORS)[:_SURVIVORS] if len(costs) > _SURVIVORS else self._every
+        again = self._cost_again(np.take(self._shown, few, axis=0), place)
+        total = np.take(again, self._same, axis=1)
+        total += np.take(self._borders, few, axis=0)
+        total += costs[few, None]
+        best = total.argmin(axis=0)
+        on = self._cost_again(self._shown[self._own, self._same], place) + self._follow + costs[self._own]
+        least = total[best, self._every]
+        origin = np.where(on <= least, self._own, few[best])
         self._origins.append(origin)
-        least: Array = self._total[np.arange(len(origin)), origin]
-        np.take(self._again, origin, axis=1, out=self._next, mode="clip")
-        self._next -= np.float32(_AGAIN / _SEEN)
-        np.maximum(self._next, 0, out=self._next)
-        self._next[self._same, np.arange(len(origin))] = _AGAIN
-        self._again, self._next = self._next, self._again
-        return least
+        np.take(self._shown, origin, axis=0, out=self._next, mode="clip")
+        self._next[self._every, self._same] = place + 1
+        self._shown, self._next = self._next, self._shown
+        return np.asarray(np.minimum(on, least))
+
+    @staticmethod
+    def _cost_again(shown: NDArray[np.int32], place: int) -> _Costs:
+        """What it costs to show again after a place what was shown last at others."""
+        return np.asarray(
+            np.maximum(np.float32(_AGAIN) - np.float32(_AGAIN / _SEEN) * (place - shown).astype(np.float32), 0)
+        )
 
     def origin(self, costs: _Costs, state: int) -> int:
         """As `chains.ChainStep`; asked from the last place to the first."""
