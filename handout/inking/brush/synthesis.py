@@ -3,8 +3,8 @@
 What a segment costs in its place: how far from head and tail it was painted, how its spine bent, and how much of the
 paper it covers in how many streaks, against those of a *guide*, one of the ribbons laid out over the whole stroke.  So
 a stroke runs dry as a real one does; without it the cheapest rows are solid ink, whose borders all fit.  What one
-costs after another: how their ink and their edges differ at the border.  The row is found exactly but for what comes
-again, which every survivor of the search has to pay for; the two passes of the seed are there to be compared with.
+costs after another: how their ink and their edges differ at the border.  The row is found but for what comes again,
+which every survivor of the search has to pay for, and for ways from survivors that cost much more than others.
 
 Source: seed 004, eq. 1–10 (each pair of neighbours counted once); the guide, the costs of repeating: own method.
 """
@@ -14,7 +14,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,7 +24,6 @@ from handout.inking.brush.ribbon import SEGMENTS, Ribbon
 from handout.values import Array, Indices
 from handout.writing.choosing import fading_cost
 
-Method = Literal["optimal", "two-pass"]
 _Costs = NDArray[np.floating[Any]]  # float32 in fact, for speed
 
 _NEAR = 1.0  # widths from an end within which the distance from it matters, a Gaussian's deviation
@@ -247,10 +246,8 @@ class Library:
         """Of a row of segments, with what each costs in its place, (m, n)."""
         return float(costs[np.arange(len(row)), row].sum() + self.borders[row[:-1], row[1:]].sum())
 
-    def row(self, costs: Array, method: Method = "optimal") -> Indices:
-        """(m,): the segments of a stroke: the cheapest, among which what came lately costs more, or by two passes."""
-        if method == "two-pass":
-            return two_pass(costs, self.borders)
+    def row(self, costs: Array) -> Indices:
+        """(m,): the segments of a stroke: the cheapest, among which what came lately costs more."""
         walk = _Walk(self.borders.astype(np.float32), self.segment_numbers)
         return np.array(viterbi(list(costs.astype(np.float32)), [walk] * (len(costs) - 1)), dtype=np.intp)
 
@@ -285,20 +282,6 @@ class SegmentChooser:
         self._used[library.segment_numbers[row]] = self._painted + np.arange(len(row))
         self._painted += len(row)
         return row
-
-
-def two_pass(costs: Array, borders: Array) -> Indices:
-    """(m,): the seed's own row: the best after what is there, and then each anew between its neighbours.
-
-    Source: seed 004, §3.3.
-    """
-    row = [int(costs[0].argmin())]
-    for here in costs[1:]:
-        row.append(int((here + borders[row[-1]]).argmin()))
-    for i, here in enumerate(costs):
-        total = here + (borders[row[i - 1]] if i else 0) + (borders[:, row[i + 1]] if i + 1 < len(row) else 0)
-        row[i] = int(total.argmin())
-    return np.array(row, dtype=np.intp)
 
 
 def count_since_same(same: Indices) -> Indices:
