@@ -187,8 +187,6 @@ def journal_of(pages: RowPages, table: TableOptions, more: Mapping[str, object],
 
     A hand that has neither name nor file leaves no journal: the next run could not tell whether it is the same.
 
-    Parameters
-    ----------
     table : every option of the device; more : further ones, by their names.
 
     Raises InputError: the batch cannot be begun, or gone on with.

@@ -77,8 +77,6 @@ def plot_rows(
 ) -> PlottedRows:
     """Plot a letter, an envelope or both for every row of a table; with `outputs`, write what would be plotted.
 
-    Parameters
-    ----------
     request : how it is written and plotted; its source is not looked at.
     port : see `plotting.open_port`; of several plotters each makes the next row that no other has.
     batch : the options of the table, and those of its letters.

@@ -174,8 +174,6 @@ def plot(
 ) -> Plotted:
     """Plot a text or a drawing; whatever ends it, `resume` goes on with it.
 
-    Parameters
-    ----------
     request : what is plotted and how, or just a text.
     port : see `plotting.open_port`.
 

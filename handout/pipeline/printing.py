@@ -96,8 +96,6 @@ def print_(
 ) -> BatchDelivery:
     """Print a letter, an envelope or both for every row of a table (CSV or .xlsx).
 
-    Parameters
-    ----------
     merge : the letter, if there is one, and what goes on the envelope.
     attendant : is asked to put in other paper, where a printer has one tray for letters and envelopes.
 
