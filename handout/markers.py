@@ -84,8 +84,7 @@ def refine_corners(grey: NDArray[np.uint8], corners: Array, cells: int) -> Array
     grey : (h, w) uint8
     corners : (n, 2) float, pixels
         As `find` gives them, the four of a mark after each other.
-    cells : int
-        Along a side of a mark.
+    cells : along a side of a mark.
 
     Returns
     -------

@@ -17,10 +17,8 @@ def parse(data: bytes, what: str, *, doctype: bool = False) -> ElementTree.Eleme
     Parameters
     ----------
     data : bytes
-    what : str
-        What the document should be, for messages: ``"InkML"``.
-    doctype : bool
-        Whether a DOCTYPE is accepted, as long as it declares nothing; what it refers to is never fetched.
+    what : what the document should be, for messages: ``"InkML"``.
+    doctype : whether a DOCTYPE is accepted, as long as it declares nothing; what it refers to is never fetched.
 
     Raises InputError: not well-formed, with a DOCTYPE that is not accepted, nested more than 64 deep, or of 500 000
     elements.

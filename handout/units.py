@@ -26,14 +26,10 @@ def parse(text: str, kind: str, what: str = "value", default: str | None = None)
 
     Parameters
     ----------
-    text : str
-        A number and a unit, e.g. ``"0.5in"``.
-    kind : str
-        ``"length"`` → mm, ``"time"`` → s, ``"angle"`` → rad, ``"speed"`` → mm/s, ``"acceleration"`` → mm/s².
-    what : str
-        The name of the quantity, for the error message.
-    default : str, optional
-        The unit of a bare number; without it a bare number is an error.
+    text : A number and a unit, e.g. ``"0.5in"``.
+    kind : ``"length"`` → mm, ``"time"`` → s, ``"angle"`` → rad, ``"speed"`` → mm/s, ``"acceleration"`` → mm/s².
+    what : the name of the quantity, for the error message.
+    default : the unit of a bare number; without it a bare number is an error.
 
     Raises InputError: no number, no unit, or a unit of another kind.
     """

@@ -155,10 +155,8 @@ def choose(printer: str, paper: str = "", asked: str = "") -> tuple[Calibration 
     Parameters
     ----------
     printer : str
-    paper : str
-        What is in the printer; empty: nobody knows.
-    asked : str
-        "none", a ``printer/paper``, or a file or folder of a calibration; empty: the printer's newest.
+    paper : what is in the printer; empty: nobody knows.
+    asked : "none", a ``printer/paper``, or a file or folder of a calibration; empty: the printer's newest.
 
     Raises InputError: what was asked for is not there.
     """

@@ -29,12 +29,9 @@ def scan(name: str, page: Page, to: Path, dpi: int = DPI) -> Path:
 
     Parameters
     ----------
-    name : str
-        The scanner, as ``scanimage -L`` calls it; empty: the first there is.
-    page : Page
-        What lies on the glass, mm.
-    to : Path
-        The file.
+    name : the scanner, as ``scanimage -L`` calls it; empty: the first there is.
+    page : what lies on the glass, mm.
+    to : the file.
 
     Raises DeviceError: ``scanimage`` is missing, finds no scanner, or fails; the message holds its own words.
     """

@@ -181,10 +181,8 @@ def chart(
 
     Parameters
     ----------
-    paper : str
-        "A4" or "letter".
-    pages : int, optional
-        1, or 2 with more room about them; None: 1 if the printer reaches far enough, else 2.
+    paper : "A4" or "letter".
+    pages : 1, or 2 with more room about them; None: 1 if the printer reaches far enough, else 2.
     margins : (top, right, bottom, left), mm
         What the printer cannot print on.
 

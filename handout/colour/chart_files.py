@@ -42,12 +42,10 @@ def render(page: ChartPage, dpi: float, lines: tuple[str, ...] = (), title: str 
     Parameters
     ----------
     page : ChartPage
-    dpi : float
-        300–2400.
+    dpi : 300–2400.
     lines : at most two str
         Under the title: printer, paper, date.
-    title : str
-        Empty: that of the chart.
+    title : empty: that of the chart.
 
     Returns
     -------
@@ -193,8 +191,7 @@ def ti3(reading: ChartReading | Patches, about: Mapping[str, str] | None = None)
     Parameters
     ----------
     reading : Reading or Patches
-    about : mapping, optional
-        Further keywords: printer, paper, scanner.
+    about : further keywords: printer, paper, scanner.
     """
     columns = {
         "SAMPLE_ID": _ids(len(reading.device)),

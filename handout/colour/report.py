@@ -35,8 +35,7 @@ def report(reading: ChartReading, title: str = "Colour chart", more: Sequence[tu
     Parameters
     ----------
     reading : Reading
-    title : str
-        Printer, paper, date.
+    title : printer, paper, date.
     more : sequence of (heading, HTML)
         Further sections, after the findings: what a calibration made of it.
     """

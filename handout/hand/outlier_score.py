@@ -14,7 +14,6 @@ Source: Ledoit and Wolf 2004 (the shrinkage); otherwise own method.
 
 from __future__ import annotations
 
-import io
 import unicodedata
 import zipfile
 from collections.abc import Mapping, Sequence
@@ -25,7 +24,6 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from handout import atomic
 from handout.errors import InputError
 from handout.hand.glyph_features import COUNT
 from handout.values import Array, Indices
@@ -253,19 +251,7 @@ def shrunken(rows: Array) -> Array:
     return np.asarray((1 - share) * sample + share * unit)
 
 
-def save(model: OutlierModel, path: Path) -> None:
-    """Write a model as .npz of single precision."""
-    letters = sorted(model.centres)
-    arrays = {name: getattr(model, name) for name in _ARRAYS}
-    arrays |= {"bias": np.array(model.bias), "alone_bias": np.array(model.alone_bias)}
-    arrays |= {"centres": np.array([model.centres[letter] for letter in letters])}
-    buffer = io.BytesIO()
-    singles = {name: np.asarray(array, dtype=np.float32) for name, array in arrays.items()}
-    np.savez_compressed(buffer, allow_pickle=False, **(singles | {"letters": np.array("".join(letters))}))
-    atomic.write(path, buffer.getvalue())
-
-
-_ARRAYS = ("middle", "spread", "within", "between", "anywhere", "apart", "weights", "alone")
+ARRAYS = ("middle", "spread", "within", "between", "anywhere", "apart", "weights", "alone")
 
 
 def load(path: Path) -> OutlierModel:
@@ -278,7 +264,7 @@ def load(path: Path) -> OutlierModel:
     """
     try:
         with np.load(path, allow_pickle=False) as file:
-            arrays = {name: file[name].astype(np.float64) for name in _ARRAYS}
+            arrays = {name: file[name].astype(np.float64) for name in ARRAYS}
             centres = dict(zip(str(file["letters"]), file["centres"].astype(np.float64), strict=True))
             return OutlierModel(
                 **arrays, centres=centres, bias=float(file["bias"]), alone_bias=float(file["alone_bias"])

@@ -31,7 +31,7 @@ from handout.pipeline.devices import list_devices
 from handout.pipeline.options import CalibrationPlace
 from handout.pipeline.results import SILENT, Facts, Listener
 from handout.printing import printers
-from handout.printing.cups import queues
+from handout.printing.printers import queues
 from handout.values import Array
 
 _LONG = 1400  # pixels, long side of the picture of a scan

@@ -343,13 +343,13 @@ def _text(path: Path) -> str:
 
 def printers() -> Iterator[CheckFinding]:
     """The queues of the print system, and what scans."""
-    from handout.printing import cups
+    from handout.printing import printers
 
     if shutil.which("lpstat") is None:
         words = "no print system (CUPS): printers are reached by their address, ipp://…, or pages are written to files"
         yield CheckFinding("Printers", "queues", "note", words)
-    elif names := cups.queues():
-        usual = cups.default()
+    elif names := printers.queues():
+        usual = printers.default()
         yield CheckFinding("Printers", "queues", "fine", f"{', '.join(names)}{f'; usually {usual}' if usual else ''}")
     else:
         words = "the print system has no queue; ipp:// addresses and files work without"

@@ -203,14 +203,13 @@ def _drawer(plans: Path, styling: StyleOptions) -> tuple[Drawer, tuple[str, ...]
     from handout.motion.reconstruction import planned_page
     from handout.motion.styles import restyling, target_plans
     from handout.sources import plans as plan_files
-    from handout.sources import target_plans as target_files
 
     data = read_bytes(plans)
-    alone = target_files.looks_like(data)
+    alone = plan_files.look_like_targets(data)
     style = style_of(styling) if alone or styling != replace(StyleOptions(), seed=styling.seed) else None
     try:
         if alone:
-            thrown = target_files.from_json(data)
+            thrown = plan_files.read_targets(data)
             assert style is not None
             unused = "The ellipses are left out: a learned style takes targets as they are."
             notes = (unused,) if style.model is not None and thrown.has_ellipses else ()

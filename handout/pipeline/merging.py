@@ -32,7 +32,7 @@ from handout.pipeline.options import MergeOptions, PictureOptions, SheetOptions,
 from handout.pipeline.results import Listener, Tally
 from handout.pipeline.texts import INK, TextDocument, WritingTask, prepare, program
 from handout.pipeline.writing import Document
-from handout.printing import countries, envelope, journal, media
+from handout.printing import address, envelope, journal, media
 from handout.printing.address_table import Addresses, read_addresses, read_rows
 from handout.printing.batch import BatchOptions, chosen_rows
 from handout.printing.journal import BACK, ENVELOPE, Batch, Journal
@@ -125,16 +125,16 @@ def _abroad(table: Addresses, home: str) -> Addresses:
     """The addresses without the country of the sender, and with others in the sender's script."""
     if not home:
         return table
-    country = countries.find(home)
+    country = address.find(home)
     if country is None:
         raise InputError(f"home country: {home!r} is no country that is known; give a name or a code such as DE.")
     rows = []
     for row in table:
         *rest, last = row.lines or ("",)
-        named = countries.find(last) if len(rest) > 1 else None
+        named = address.find(last) if len(rest) > 1 else None
         if named == country:
             row = replace(row, lines=tuple(rest))
-        elif named is not None and (own := countries.spell_abroad(last, country)) != last:
+        elif named is not None and (own := address.spell_abroad(last, country)) != last:
             said = f"the country {last} is written {own}, in the sender's letters"
             row = replace(row, lines=(*rest, own), warnings=(*row.warnings, said))
         rows.append(row)

@@ -82,7 +82,7 @@ def _paper(text: str) -> None:
 
 
 def _country(text: str) -> None:
-    from handout.printing.countries import find
+    from handout.printing.address import find
 
     if text and find(text) is None:
         raise InputError(f"no country is called {text!r}: give its name or its code, such as Germany or DE.")

@@ -29,7 +29,7 @@ from handout.plotting.dialects import ButtonPressed
 from handout.plotting.jobs import pages
 from handout.plotting.jobs.places import DrawnPlace
 from handout.plotting.jobs.store import PlotJob
-from handout.printing.cups import queues
+from handout.printing.printers import queues
 from handout.profiles import Plotter
 from handout.signals import interrupt
 from handout.sinks.svg import to_svg

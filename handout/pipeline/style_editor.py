@@ -28,7 +28,7 @@ from handout.pipeline import writing
 from handout.pipeline.options import PictureOptions, SheetOptions, StyleDraft, StyleValue, WritingOptions
 from handout.pipeline.results import Facts
 from handout.sinks import check_outputs, write_drawings
-from handout.sources import target_plans as target_files
+from handout.sources import plans as target_files
 from handout.tables import Angle, Time
 from handout.values import Array, Drawing, Stroke
 
@@ -228,7 +228,7 @@ def move_targets(plan: bytes, draft: StyleDraft, seed: int, samples: int = 0) ->
 
     Raises InputError: not a plan, or not a style.
     """
-    thrown, style = target_files.from_json(plan), style_of(draft)
+    thrown, style = target_files.read_targets(plan), style_of(draft)
     drawing, followed = target_plans.draw_with_ellipses(thrown, style, np.random.default_rng(seed))
     if len(followed) and not thrown.has_ellipses:
         followed = followed * _shown_size(style, thrown) ** 2
@@ -328,7 +328,7 @@ def keep_movement(plan: bytes, draft: StyleDraft, seed: int, output: Path) -> Fa
         atomic.write(output, _style_bytes(draft))
     else:
         check_outputs([output])
-        drawing = target_plans.draw_plan(target_files.from_json(plan), style, np.random.default_rng(seed))
+        drawing = target_plans.draw_plan(target_files.read_targets(plan), style, np.random.default_rng(seed))
         drawing = replace(drawing, about={**drawing.about, "seed": seed})
         write_drawings([drawing], [output], PictureOptions().look(styled=True))
     return {"files": [str(output)]}

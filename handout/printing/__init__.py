@@ -7,7 +7,7 @@ A table becomes rows with addresses:
     columns.py         what columns hold, by their names or as the user says
     address_rows.py    the cells of a row as the fields of an address
     address_table.py   `read_addresses`: the whole table, and how it was read
-    address.py         fields as lines; countries.py the order of lines by country (a new country: here)
+    address.py         fields as lines, their order by country (a new country: here)
     rows.py            a row, and the choice of rows by number
     envelope.py        where the address stands, and the sender
 
@@ -23,9 +23,9 @@ Pages become jobs:
 
 Ways to a printer:
 
-    printers.py    a printer by its name, and the way to it (a new way is opened here)
+    printers.py    a printer by its name, and the way to it, such as CUPS (a new way is opened here)
     queue.py       what every way can do, and folders as queues
-    cups.py        the print system of Linux and macOS; ipp/ a printer that is spoken to directly
+    ipp/           a printer that is spoken to directly
 
 The colour of a printed pixel is decided in `handout.inking.device_pixels`.  Printers are files in `devices/`, and
 ``handout.simulated`` has printers that are not there.  `handout.pipeline.printing` puts this room together.

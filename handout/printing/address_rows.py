@@ -8,7 +8,7 @@ from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 
 from handout.errors import TableError
-from handout.printing import address, countries
+from handout.printing import address
 from handout.printing.column_names import KINDS, SETTINGS, normalise
 from handout.printing.columns import ADDRESS, LABEL, NAME_PARTS, PEOPLE, PLACES, Column
 from handout.printing.rows import TableRow, name_rows
@@ -85,7 +85,7 @@ def row(number: int, texts: Sequence[str], columns: Sequence[Column], wanted: st
             account.has_names = True
         else:
             warnings.append("it has no name")
-        account.code_doubts[number] = countries.short_code(lines)
+        account.code_doubts[number] = address.short_code(lines)
     return TableRow(number, lines, (*warnings, *doubts), problem, by_header)
 
 
@@ -193,7 +193,7 @@ def _check_single(number: int, chosen: Sequence[Cell]) -> None:
 
 
 def _normalise_cell(cell: Cell) -> str:
-    country = countries.find(cell.text) if cell.role == "country" else None
+    country = address.find(cell.text) if cell.role == "country" else None
     return country.code if country else normalise(cell.text)
 
 

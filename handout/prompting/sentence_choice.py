@@ -155,10 +155,8 @@ def measure_coverage(written: Iterable[str], target: Iterable[str], characters: 
 
     Parameters
     ----------
-    written, target : iterable of str
-        What the author copies; what will be wanted later.
-    characters : str
-        Reported even if the target has none of them.
+    written, target : what the author copies; what will be wanted later.
+    characters : reported even if the target has none of them.
     """
     written, target = list(written), list(target)
     asked_for = {char: 0 for char in characters if not char.isspace()}
@@ -197,12 +195,9 @@ def lacks(text: str, have: Mapping[tuple[str, Place], int], *, least: int = LEAS
 
     Parameters
     ----------
-    text : str
-        What is to be written.
-    have : mapping
-        (letter, place) → instances; what `letters_by_place` counts in a prompt, or the glyphs of a hand.
-    least : int
-        A letter that is needed more rarely than this needs only so many instances.
+    text : what is to be written.
+    have : (letter, place) → instances; what `letters_by_place` counts in a prompt, or the glyphs of a hand.
+    least : A letter that is needed more rarely than this needs only so many instances.
 
     Returns
     -------
@@ -291,10 +286,8 @@ class SentenceChooser:
 
     Parameters
     ----------
-    sentences : sequence of str
-        To choose from.
-    target : Frequencies
-        Of the text that will be wanted.
+    sentences : to choose from.
+    target : of the text that will be wanted.
     """
 
     sentences: Sequence[str]

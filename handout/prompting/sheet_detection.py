@@ -94,10 +94,8 @@ def rectify(
     ----------
     image : (h, w) or (h, w, 3) uint8
         The picture in which the sheet was found.
-    sheet : Sheet or Registration
-        Where it is.
-    dpi : float, optional
-        Of the result, 36–2400; by default that of the picture.
+    sheet : where it is.
+    dpi : of the result, 36–2400; by default that of the picture.
 
     Returns
     -------
@@ -132,8 +130,7 @@ def printed_on(sheet: DetectedSheet, dpi: float) -> NDArray[np.bool_]:
     Parameters
     ----------
     sheet : Sheet
-    dpi : float
-        That of `rectify`.
+    dpi : that of `rectify`.
 
     Returns
     -------

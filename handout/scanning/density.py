@@ -88,8 +88,7 @@ def find_density(scan: Scan, inks: PageInks, scale: Scale | None = None) -> Dens
     Parameters
     ----------
     scan, inks : Scan, Inks
-    scale : Scale, optional
-        That of all pages of the hand; without it the page's own.
+    scale : that of all pages of the hand; without it the page's own.
     """
     scale = scale or find_scale(scan, inks)
     table = density_table(inks, scale, scan.rgb)

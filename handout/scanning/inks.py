@@ -228,8 +228,7 @@ def find_ruling(scan: Scan, colour: NDArray[np.float32], contrast: float) -> NDA
 
     Parameters
     ----------
-    scan : Scan
-        Evened out.
+    scan : evened out.
     colour : (3,) float, the paper's.
     contrast : the distance of ink from paper in colour, 0–√3.
     """

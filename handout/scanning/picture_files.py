@@ -57,8 +57,7 @@ def read_picture(path: Path, page: int | None = None) -> FilePicture:
     Parameters
     ----------
     path : Path
-    page : int, optional
-        Which page of a file that holds several, from 1.
+    page : which page of a file that holds several, from 1.
 
     Raises InputError: unreadable, empty, above 200 megapixels, several pages and none chosen, a PDF without a picture
     or locked, a colour space that cannot be read well, or pixels that are not square.
@@ -215,12 +214,9 @@ def read_scan(path: Path, dpi: float | None = None, page: int | None = None) -> 
 
     Parameters
     ----------
-    path : Path
-        PNG, JPEG, TIFF or any other image that Pillow reads, or a PDF.
-    dpi : float, optional
-        Pixels per inch; without it the file's own resolution, if it has a plausible one.
-    page : int, optional
-        Which page of a file that holds several, from 1.
+    path : PNG, JPEG, TIFF or any other image that Pillow reads, or a PDF.
+    dpi : pixels per inch; without it the file's own resolution, if it has a plausible one.
+    page : which page of a file that holds several, from 1.
 
     Raises InputError: as `read_picture` and `scan_of`.
     """
@@ -234,8 +230,7 @@ def scan_of(picture: FilePicture, dpi: float | None = None) -> Scan:
     Parameters
     ----------
     picture : Picture
-    dpi : float, optional
-        Pixels per inch; without it the file's own, if it has a plausible one.
+    dpi : pixels per inch; without it the file's own, if it has a plausible one.
 
     Raises InputError: a resolution that is missing or not plausible, or that makes the page larger than two sheets of
     A3.

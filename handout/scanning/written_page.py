@@ -124,8 +124,7 @@ def find_ink(
     Parameters
     ----------
     pen, lines : as `read_page`.
-    scale : Scale, optional
-        Scale of densities of the whole hand (`density.pooled_scale`).
+    scale : scale of densities of the whole hand (`density.pooled_scale`).
 
     Raises InputError: strokes too thin, nothing but specks.
     """
@@ -160,14 +159,10 @@ def read_page(
 
     Parameters
     ----------
-    source : Path or Scan
-        PNG, JPEG, TIFF, PDF, or a scan in memory.
-    dpi : float, optional
-        Pixels per inch, where the file does not say.
-    pen : str, optional
-        One of `mask.PENS`; otherwise told from the ink.
-    lines : int, optional
-        How many lines of writing there are, if a transcript says so.
+    source : PNG, JPEG, TIFF, PDF, or a scan in memory.
+    dpi : pixels per inch, where the file does not say.
+    pen : one of `mask.PENS`; otherwise told from the ink.
+    lines : how many lines of writing there are, if a transcript says so.
 
     Raises InputError: unreadable or too large; no resolution, or one that the size of the writing belies; nothing but
     paper; strokes too thin.

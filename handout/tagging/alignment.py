@@ -238,19 +238,13 @@ def align(
 
     Parameters
     ----------
-    page : scanning.written_page.WrittenPage
-        With its mask of ink and its text lines.
-    transcript : str
-        What is written, a line of text for a line of the page where that is known; ``~~words~~`` were struck out.
-        Line breaks that differ from the page's are found.
-    method : function
-        Takes the lines of the page, what is written on each, a random generator and `tell`.
-    rng : numpy.random.Generator
-        Drives the training on the page; the same generator gives the same alignment.
-    networks : sequence of Network, optional
-        In place of the shipped ones.
-    tell : function, optional
-        Told how far it has come.
+    page : with its mask of ink and its text lines.
+    transcript : what is written, a line of text for a line of the page where that is known; ``~~words~~`` were struck
+        out. Line breaks that differ from the page's are found.
+    method : takes the lines of the page, what is written on each, a random generator and `tell`.
+    rng : drives the training on the page; the same generator gives the same alignment.
+    networks : in place of the shipped ones.
+    tell : told how far it has come.
 
     Raises InputError: an empty transcript, a page without lines, or the transcript of another page.
     """

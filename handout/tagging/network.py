@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import zipfile
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -12,7 +11,6 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from handout import atomic
 from handout.alphabet import LETTERS, THIRDS
 from handout.errors import InputError
 from handout.networks import Adam, Floats, dropout, log_softmax, one_thread
@@ -141,17 +139,6 @@ def _gradients(
     front = (back @ w[1].T) * (first > 0)
     gradients = [x.T @ front, first.T @ back, dropped.T @ off, front.sum(0), back.sum(0), off.sum(0)]
     return gradients, -float(log[rows, states].sum())
-
-
-def save(network: RectifierNetwork, path: Path) -> None:
-    """Write a network as .npz of half precision."""
-    arrays = {f"weight{i}": w for i, w in enumerate(network.weights)}
-    arrays |= {f"bias{i}": b for i, b in enumerate(network.biases)}
-    arrays |= {name: getattr(network, name) for name in ("mean", "spread", "log_prior", "widths")}
-    buffer = io.BytesIO()
-    halves = {name: array.astype(np.float16) for name, array in arrays.items()}
-    np.savez_compressed(buffer, allow_pickle=False, **(halves | {"letters": np.array(LETTERS)}))
-    atomic.write(path, buffer.getvalue())
 
 
 def load(path: Path) -> RectifierNetwork:

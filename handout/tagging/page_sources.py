@@ -126,8 +126,7 @@ def gather_sources(
     ----------
     names : as `chosen_pages`.
     texts : names and contents, in the order of the pages; sheets need none.
-    dpi : float, optional
-        Pixels an inch, where neither a file nor a sheet's marks say.
+    dpi : pixels an inch, where neither a file nor a sheet's marks say.
     say : takes sentences to show the user.
 
     Raises InputError: a file that cannot be read or used, a page twice, texts too few or too many.
@@ -380,8 +379,7 @@ def find_turn(inked: Inked, transcript: str, rng: np.random.Generator) -> int:
     Parameters
     ----------
     inked : Inked
-    transcript : str
-        What is written on the page.
+    transcript : what is written on the page.
     rng : numpy.random.Generator
 
     Raises InputError: the page is mirrored, shows two columns, or has another size or another text.

@@ -83,14 +83,10 @@ def tag_page(
     Parameters
     ----------
     written : WrittenPage
-    transcript : str
-        What is written on it; words struck out as ``~~words~~`` are no letters of the hand.
-    rng : numpy.random.Generator
-        The same generator gives the same page.
-    method : function
-        Of the alignment, as `alignment.align` takes it.
-    tell : function, optional
-        Told how far it has come.
+    transcript : what is written on it; words struck out as ``~~words~~`` are no letters of the hand.
+    rng : the same generator gives the same page.
+    method : of the alignment, as `alignment.align` takes it.
+    tell : told how far it has come.
 
     Raises InputError: as `align`: an empty transcript, a page without lines, the transcript of another page.
 

@@ -175,13 +175,10 @@ def realign_page(hand: ScannedHand, number: int, *, rng: np.random.Generator, te
 
     Parameters
     ----------
-    hand : ScannedHand
-        With its corrections made.
+    hand : with its corrections made.
     number : of the page.
-    rng : numpy.random.Generator
-        The same generator gives the same hand.
-    tell : function, optional
-        Told how far it has come.
+    rng : the same generator gives the same hand.
+    tell : told how far it has come.
     """
     page = hand.pages[number]
     own = [glyph for glyph in hand.glyphs if glyph.page == number]

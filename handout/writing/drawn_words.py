@@ -326,11 +326,6 @@ def slur_stroke(stroke: Array, share: float) -> Array:
     return short
 
 
-def _extent(strokes: Sequence[Array]) -> tuple[float, float]:
-    x = np.concatenate([stroke[:, 0] for stroke in strokes])
-    return float(x.min()), float(x.max())
-
-
 class DrawnHandwriting:
     """Writes one text in a drawn hand, word by word on demand, independently of the lines.
 

@@ -30,7 +30,7 @@ from handout.printing.ipp.message import (
     Value,
     attribute,
 )
-from handout.printing.ipp.status import IppStatus, JobState
+from handout.printing.ipp.request import IppStatus, JobState
 from handout_lab.ipp.server import Broken, handler
 
 FAILURES = tuple(f"{when}{how}" for how in ("500", "503", "drop", "error", "text") for when in ("", "done-"))

@@ -7,6 +7,7 @@ is to be believed was measured on people's pages (`hand.vetting`).
 from __future__ import annotations
 
 import argparse
+import io
 import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -15,6 +16,7 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial import cKDTree
 
+from handout import atomic
 from handout.errors import DoesNotFit, InputError
 from handout.hand import library, outlier_score
 from handout.hand.drawn import Hand
@@ -246,6 +248,18 @@ def _say(line: str) -> None:
     print(line, file=sys.stderr, flush=True)
 
 
+def save(model: outlier_score.OutlierModel, path: Path) -> None:
+    """Write a model as .npz of single precision."""
+    letters = sorted(model.centres)
+    arrays = {name: getattr(model, name) for name in outlier_score.ARRAYS}
+    arrays |= {"bias": np.array(model.bias), "alone_bias": np.array(model.alone_bias)}
+    arrays |= {"centres": np.array([model.centres[letter] for letter in letters])}
+    buffer = io.BytesIO()
+    singles = {name: np.asarray(array, dtype=np.float32) for name, array in arrays.items()}
+    np.savez_compressed(buffer, allow_pickle=False, **(singles | {"letters": np.array("".join(letters))}))
+    atomic.write(path, buffer.getvalue())
+
+
 def main(arguments: Sequence[str] | None = None) -> None:
     """Learn the model and write it."""
     parser = argparse.ArgumentParser(
@@ -260,7 +274,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
             written = page_score.read(simulated)
             pages.append(known(simulated, written))
             _say(f"page {number + 1} of {RECIPE.pages}")
-        outlier_score.save(learned(pages), chosen.output)
+        save(learned(pages), chosen.output)
     except (InputError, OSError) as error:
         parser.exit(2, f"{error}\n")
 

@@ -6,6 +6,7 @@ All training lines are written by synthetic writers (`tagging.synthetic_lines`);
 from __future__ import annotations
 
 import argparse
+import io
 import sys
 from collections.abc import Sequence
 from itertools import pairwise
@@ -14,6 +15,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from handout import atomic
 from handout.alphabet import JUNK, LETTERS, SPACE, THIRDS
 from handout.errors import InputError
 from handout.hand import library
@@ -118,6 +120,17 @@ def train(
     )
 
 
+def save(trained: network.RectifierNetwork, path: Path) -> None:
+    """Write a network as .npz of half precision."""
+    arrays = {f"weight{i}": w for i, w in enumerate(trained.weights)}
+    arrays |= {f"bias{i}": b for i, b in enumerate(trained.biases)}
+    arrays |= {name: getattr(trained, name) for name in ("mean", "spread", "log_prior", "widths")}
+    buffer = io.BytesIO()
+    halves = {name: array.astype(np.float16) for name, array in arrays.items()}
+    np.savez_compressed(buffer, allow_pickle=False, **(halves | {"letters": np.array(LETTERS)}))
+    atomic.write(path, buffer.getvalue())
+
+
 def accuracy(trained: network.RectifierNetwork, lines: Sequence[SyntheticLine]) -> tuple[float, float]:
     """Share of columns whose state, and whose letter, is right."""
     rng = np.random.default_rng(0)
@@ -147,7 +160,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     hands = [library.load(name) for name in options.hands]
     rng = np.random.default_rng(options.seed)
     trained = train(hands, sentences, rng, lines=options.lines, epochs=options.epochs, hidden=options.hidden)
-    network.save(trained, options.output)
+    save(trained, options.output)
     test_lines = list(synthetic_lines(hands, sentences, _TEST_LINES, np.random.default_rng(options.seed + 1000)))
     states, letters = accuracy(network.load(options.output), test_lines)
     size = options.output.stat().st_size / 1e6

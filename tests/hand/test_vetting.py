@@ -9,6 +9,7 @@ from handout.errors import InputError
 from handout.hand import author_reader, outlier_score
 from handout.hand.glyph_features import COUNT, glyph_features
 from handout.hand.vetting import vet
+from handout_lab.training.glyph_vetting import save
 
 
 @pytest.fixture(scope="module")
@@ -94,6 +95,6 @@ def test_what_is_no_model_is_refused(tmp_path):
     path.write_bytes(b"PK\x03\x04")
     with pytest.raises(InputError, match="cannot be read as a model of outliers"):
         outlier_score.load(path)
-    outlier_score.save(outlier_score.load_model(), path)
+    save(outlier_score.load_model(), path)
     again = outlier_score.load(path)
     assert again.weights.shape == (8 + COUNT,) and set(again.centres) == set(outlier_score.load_model().centres)

@@ -1,6 +1,6 @@
 import pytest
 
-from handout.printing import address, countries
+from handout.printing import address
 
 
 def lines(**fields):
@@ -105,12 +105,12 @@ def test_a_street_without_a_city_is_mentioned():
 
 
 def test_a_country_in_another_script_is_spelt_as_the_sender_does():
-    germany, greece, serbia = map(countries.find, ("DE", "GR", "RS"))
-    spelt = [countries.spell_abroad("РОССИЯ", germany), countries.spell_abroad("FRANCE", greece),
-             countries.spell_abroad("DEUTSCHLAND", serbia)]  # fmt: skip
+    germany, greece, serbia = map(address.find, ("DE", "GR", "RS"))
+    spelt = [address.spell_abroad("РОССИЯ", germany), address.spell_abroad("FRANCE", greece),
+             address.spell_abroad("DEUTSCHLAND", serbia)]  # fmt: skip
     assert spelt == ["RUSSLAND", "ΓΑΛΛΙΑ", "НЕМАЧКА"]
-    assert countries.spell_abroad("ITALIA", germany) == "ITALIA" and countries.spell_abroad("12", germany) == "12"
-    assert countries.last_line("Ελλάδα") == "ΕΛΛΑΔΑ"
+    assert address.spell_abroad("ITALIA", germany) == "ITALIA" and address.spell_abroad("12", germany) == "12"
+    assert address.last_line("Ελλάδα") == "ΕΛΛΑΔΑ"
 
 
 def test_tidy():
@@ -120,10 +120,10 @@ def test_tidy():
 
 def test_countries_are_found_in_their_languages():
     for name in ("Deutschland", "allemagne", "Duitsland", "D", "GERMANY"):
-        found = countries.find(name)
+        found = address.find(name)
         assert found is not None and found.code == "DE"
-    assert countries.find("Atlantis") is None
+    assert address.find("Atlantis") is None
     every = {"Россия": "RU", "대한민국": "KR", "Ísland": "IS", "USA": "US", "UK": "GB", "GER": "DE", "Holland": "NL"}
-    found = {name: country.code for name in every if (country := countries.find(name))}
+    found = {name: country.code for name in every if (country := address.find(name))}
     assert found == every
-    assert countries.last_line("de") == "GERMANY" and countries.last_line("Deutschland") == "DEUTSCHLAND"
+    assert address.last_line("de") == "GERMANY" and address.last_line("Deutschland") == "DEUTSCHLAND"

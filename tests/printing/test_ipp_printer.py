@@ -7,12 +7,11 @@ from dataclasses import replace
 import pytest
 
 from handout.errors import InputError, PrinterError, ProfileError
-from handout.printing.ipp import status
+from handout.printing.ipp import request
 from handout.printing.ipp.client import Client, PrinterRefused
 from handout.printing.ipp.message import AttributeGroup, Message, MessageTag, attribute
 from handout.printing.ipp.queue import IppQueue
-from handout.printing.ipp.request import Capabilities, job_attributes
-from handout.printing.ipp.status import JobState
+from handout.printing.ipp.request import Capabilities, JobState, job_attributes
 from handout.printing.ipp.transport import Transport, TransportError, is_address, parse_address
 from handout.printing.queue import Outcome, OutcomeUnknown, Ticket
 from handout.values import Page
@@ -392,15 +391,15 @@ def test_what_is_no_address(text):
 
 
 def test_reasons_in_words():
-    assert status.reason_phrase(["none"]) == "" == status.reason_phrase([])
-    assert status.reason_phrase(["media-empty-error", "media-needed", "marker-supply-low-warning"]) == (
+    assert request.reason_phrase(["none"]) == "" == request.reason_phrase([])
+    assert request.reason_phrase(["media-empty-error", "media-needed", "marker-supply-low-warning"]) == (
         "the tray is empty, it wants paper or envelopes put in, an ink is low"
     )
-    assert status.reason_phrase(["document-format-error", "com.maker-odd-thing-report"]) == (
+    assert request.reason_phrase(["document-format-error", "com.maker-odd-thing-report"]) == (
         "the printer found an error in the document, com.maker odd thing"
     )
-    assert status.blocks_output(["media-jam-error"]) and not status.blocks_output(
+    assert request.blocks_output(["media-jam-error"]) and not request.blocks_output(
         ["marker-supply-low", "media-empty-warning"]
     )
-    assert status.is_jammed(["media-jam"]) and not status.is_jammed(["media-empty-error"])
-    assert status.phrase(0x0507) == "it is busy" and status.phrase(0x0999) == "it answered with status 0x0999"
+    assert request.is_jammed(["media-jam"]) and not request.is_jammed(["media-empty-error"])
+    assert request.phrase(0x0507) == "it is busy" and request.phrase(0x0999) == "it answered with status 0x0999"

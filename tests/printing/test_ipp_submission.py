@@ -8,11 +8,11 @@ from doubles import block, print_all, rows, rule
 from handout.errors import PrinterError
 from handout.page_sizes import page
 from handout.printing import journal
-from handout.printing.cups import CupsQueue
 from handout.printing.ipp.client import Backoff, Client, Operation
 from handout.printing.ipp.message import decode, encode
 from handout.printing.ipp.queue import IppQueue
 from handout.printing.ipp.transport import Transport, TransportError, parse_address
+from handout.printing.printers import CupsQueue
 from handout.printing.queue import Outcome, OutcomeUnknown, Ticket
 from handout.printing.sending import PrintingStopped
 from handout.profiles import Printer
@@ -300,11 +300,11 @@ def test_an_older_job_that_is_still_listed_proves_that_a_newer_one_never_came(tm
 def test_lp_that_does_not_end_may_have_queued_the_page(print_system, tmp_path, monkeypatch):
     import subprocess
 
-    from handout.printing import cups
+    from handout.printing import printers
 
     def never(command, **given):
         raise subprocess.TimeoutExpired(command, 60)
 
-    monkeypatch.setattr(cups.subprocess, "run", never)
+    monkeypatch.setattr(printers.subprocess, "run", never)
     with pytest.raises(OutcomeUnknown, match="Whether the page was queued cannot be told"):
         CupsQueue("envelopes").send(tmp_path / "a.pdf", PAGE)

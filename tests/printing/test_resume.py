@@ -16,11 +16,11 @@ from handout import atomic, journal_lines
 from handout.errors import InputError
 from handout.page_sizes import page
 from handout.printing import journal
-from handout.printing.cups import CupsQueue
 from handout.printing.ipp.client import Client
 from handout.printing.ipp.queue import IppQueue
-from handout.printing.ipp.status import JobState
+from handout.printing.ipp.request import JobState
 from handout.printing.ipp.transport import Transport, parse_address
+from handout.printing.printers import CupsQueue
 from handout.printing.queue import FolderQueue, Outcome, OutcomeUnknown, SimulatedQueue, Ticket
 from handout.printing.sending import PrintingStopped
 from handout.profiles import Printer

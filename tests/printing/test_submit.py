@@ -6,7 +6,7 @@ import pytest
 from handout import page_sizes, profiles
 from handout.errors import InputError, PrinterError, ProfileError
 from handout.printing import printers
-from handout.printing.cups import CupsQueue
+from handout.printing.printers import CupsQueue
 from handout.printing.queue import SimulatedQueue, Ticket
 from handout.profiles import Printer
 

@@ -14,7 +14,7 @@ from handout.sinks.drawing_json import to_json
 from handout.sinks.inkml import to_inkml
 from handout.sinks.plans import to_json as plans_to_json
 from handout.sinks.svg import to_svg
-from handout.sources import plans, read_drawing, recorded, target_plans
+from handout.sources import plans, read_drawing, recorded
 from handout.values import Drawing, Page, Stroke
 
 WILD = ("4e9", "-4000000000", "1e308", "-1e308", "1e999", "inf", "nan", "9" * 5000)
@@ -81,7 +81,7 @@ def test_plans(kind):
         [[4, 0], [0, 1]]], "pen_up": [1], "references": [{"targets": [[1, 3], [1, 1], [2, 3]],
         "frame": {"origin": [9, 5], "angle": "30deg", "scale": 1.5}}], "page": {"width": 50, "height": 40}}"""
     text = plans_to_json(planned_page.fit(TIMED)).decode() if kind == "plans" else targets
-    read = plans.from_json if kind == "plans" else target_plans.from_json
+    read = plans.from_json if kind == "plans" else plans.read_targets
     read(text.encode())
     for changed in wilder(text):
         with warnings.catch_warnings():

@@ -9,7 +9,7 @@ from handout import pathdata
 from handout.errors import InputError
 from handout.sinks.svg import to_svg
 from handout.sources import read_drawing
-from handout.sources.svg import document, from_svg, reading
+from handout.sources.svg import document, from_svg
 from handout.sources.svg.styles import hexadecimal
 from handout.values import Drawing, Page, Stroke
 
@@ -187,7 +187,7 @@ def test_a_bomb_of_uses_and_too_many_points_are_noticed_before_they_take_room(mo
     bomb = f'<svg>{levels}<path id="a9" d="M0 0h1" stroke="red"/></svg>'.encode()
     # as they are it takes seconds
     monkeypatch.setattr(document, "_MOST_USED", 2000)
-    monkeypatch.setattr(reading, "_MOST_POINTS", 10_000)
+    monkeypatch.setattr("handout.sources.svg._MOST_POINTS", 10_000)
     monkeypatch.setattr(pathdata, "_MOST", 10_000)
     with pytest.raises(InputError, match="2000 elements are drawn by <use>"):
         from_svg(bomb)

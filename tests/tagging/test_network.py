@@ -7,7 +7,8 @@ from handout.alphabet import LETTERS, THIRDS
 from handout.errors import InputError
 from handout.tagging import network
 from handout.tagging.line_space import COUNT
-from handout_lab.training.letter_networks import start_network
+from handout_lab.training import letter_networks
+from handout_lab.training.letter_networks import save, start_network
 
 STATES = len(LETTERS) * THIRDS
 WIDTHS = np.full(len(LETTERS), 0.8, np.float32)
@@ -76,7 +77,7 @@ def test_gradients_are_those_of_the_loss(monkeypatch):
 
 def test_it_is_read_as_it_was_written(learned, tmp_path):
     path = tmp_path / "net.npz"
-    network.save(learned[1], path)
+    save(learned[1], path)
     back = network.load(path)
     features = toy(np.random.default_rng(7), 50).features
     assert back.log_posterior(features) == pytest.approx(learned[1].log_posterior(features), abs=0.1)
@@ -93,8 +94,8 @@ def test_what_is_no_network_is_refused(tmp_path, data):
 
 def test_a_network_for_other_letters_is_refused(learned, tmp_path, monkeypatch):
     path = tmp_path / "net.npz"
-    monkeypatch.setattr(network, "LETTERS", "abc")
-    network.save(learned[1], path)
+    monkeypatch.setattr(letter_networks, "LETTERS", "abc")
+    save(learned[1], path)
     monkeypatch.undo()
     with pytest.raises(InputError, match="train it anew"):
         network.load(path)

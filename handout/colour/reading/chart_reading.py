@@ -107,10 +107,8 @@ def read_scans(
 
     Parameters
     ----------
-    scans : iterable of Path or Scan
-        Files (TIFF, PNG, JPEG), or pictures in memory; all pages of a file count.
-    chart : Chart, optional
-        The one that was printed; None: the marks say which.
+    scans : files (TIFF, PNG, JPEG), or pictures in memory; all pages of a file count.
+    chart : the one that was printed; None: the marks say which.
     paper : (3,) float 0–1, optional
         The paper in the scan of the handwriting, as its scanner shows it: tells whether the settings are the same.
 

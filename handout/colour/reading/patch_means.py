@@ -51,8 +51,7 @@ def sample(pixels: NDArray[Any], placement: ChartPlacement) -> Sampled:
     Parameters
     ----------
     pixels : (h, w, 3) uint8 or uint16
-    placement : Placement
-        Where the page lies in them.
+    placement : where the page lies in them.
     """
     import cv2
 

@@ -81,10 +81,8 @@ def place(
     Parameters
     ----------
     scan : Scan
-    chart : Chart, optional
-        The one that it must be a page of; None: any that is known.
-    page_of : callable, optional
-        The page that has a mark of a number, for pages that are laid out as the chart's are.
+    chart : the one that it must be a page of; None: any that is known.
+    page_of : the page that has a mark of a number, for pages that are laid out as the chart's are.
 
     Raises ScanRefused: no marks, too few, or those of another chart or of several pages.
     """

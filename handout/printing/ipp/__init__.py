@@ -2,11 +2,9 @@
 
     message.py      messages as values and as bytes: pure functions
     transport.py    bytes to a printer and back: one HTTP POST a request
-    status.py       status codes, states and reasons, and their meaning in words (a printer's unknown reason: here)
-    request.py      what is asked for a page, within what the printer can do
+    request.py      what is asked for a page; states and their reasons in words (a printer's unknown reason: here)
     client.py       the operations, repeated while the printer is busy
-    submission.py   one page handed over once, whatever the connection does meanwhile
-    queue.py        a printer as a `printing.queue.Queue`: sends, follows, judges the outcome of a job
+    queue.py        a printer as a `printing.queue.Queue`: hands a page over once, follows, judges the outcome of a job
 
 The printer of the tests is `handout_lab.ipp`.
 """

@@ -23,8 +23,7 @@ from handout.printing.ipp.message import (
     decode,
     encode,
 )
-from handout.printing.ipp.request import Capabilities, job_attributes
-from handout.printing.ipp.status import DOUBTFUL, RETRYABLE, IppStatus, JobState, phrase
+from handout.printing.ipp.request import DOUBTFUL, RETRYABLE, Capabilities, IppStatus, JobState, job_attributes, phrase
 from handout.printing.ipp.transport import Transport, TransportError
 from handout.printing.queue import Ticket
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from handout import pathdata
 from handout.errors import InputError
-from handout.sources.svg import frames
+from handout.sources.svg import styles
 from handout.sources.svg.styles import StyleRules, SvgStyle
 from handout.values import Array
 
@@ -100,8 +100,8 @@ class Walk:
             An element that cannot be read; elements that use themselves, or so many others that there is no end.
         """
         width, height = size(self.root)
-        to_mm = frames.compose_maps(np.eye(2, 3) * frames.PX, frames.viewport(self.root.attrib, width, height))
-        box = frames.view_box(self.root.get("viewBox"))
+        to_mm = styles.compose_maps(np.eye(2, 3) * styles.PX, styles.viewport(self.root.attrib, width, height))
+        box = styles.view_box(self.root.get("viewBox"))
         inside = (box[2], box[3]) if box else (width, height)
         style = SvgStyle().inside(self._sheet.find_properties("svg", self.root.attrib))
         if style.shown:
@@ -128,7 +128,7 @@ class Walk:
             if properties.get(name, "none") != "none":
                 self.left_out[f"{name.partition('-')[0]} (what it hides is drawn)"] += 1
         try:
-            to_mm = frames.compose_maps(frame.to_mm, frames.transform(properties.get("transform")))
+            to_mm = styles.compose_maps(frame.to_mm, styles.transform(properties.get("transform")))
         except InputError as error:
             raise InputError(f"<{element.tag}{_id(element)}>: {error}.") from None
         layer = frame.layer
@@ -157,8 +157,8 @@ class Walk:
             return
         if target in self._using:
             raise InputError(f"<use{_id(element)}> uses what it is part of, without end: remove it.")
-        at = frames.shift(self._length(element, "x", frame.size[0]), self._length(element, "y", frame.size[1]))
-        to_mm = frames.compose_maps(frame.to_mm, at)
+        at = styles.shift(self._length(element, "x", frame.size[0]), self._length(element, "y", frame.size[1]))
+        to_mm = styles.compose_maps(frame.to_mm, at)
         self._using.append(target)
         yield from self._element(target, _ElementFrame(to_mm, frame.style, frame.layer, frame.size, frame.depth))
         self._using.pop()
@@ -167,14 +167,14 @@ class Walk:
         width = self._length(element, "width", frame.size[0], frame.size[0])
         height = self._length(element, "height", frame.size[1], frame.size[1])
         x, y = self._length(element, "x", frame.size[0]), self._length(element, "y", frame.size[1])
-        inner = frames.compose_maps(frames.shift(x, y), frames.viewport(element.attrib, width, height))
-        box = frames.view_box(element.get("viewBox"))
+        inner = styles.compose_maps(styles.shift(x, y), styles.viewport(element.attrib, width, height))
+        box = styles.view_box(element.get("viewBox"))
         inside = (box[2], box[3]) if box else (width, height)
-        return _ElementFrame(frames.compose_maps(frame.to_mm, inner), frame.style, frame.layer, inside, frame.depth)
+        return _ElementFrame(styles.compose_maps(frame.to_mm, inner), frame.style, frame.layer, inside, frame.depth)
 
     def _length(self, element: Element, name: str, whole: float, default: float = 0.0) -> float:
         try:
-            return frames.length(element.get(name), whole, default)
+            return styles.length(element.get(name), whole, default)
         except InputError as error:
             raise InputError(f"<{element.tag}{_id(element)}>: {name}: {error}.") from None
 
@@ -236,7 +236,7 @@ class Walk:
             values = element.get(name, "").replace(",", " ").split()
             try:
                 if values:
-                    moves[name] = frames.length(values[0], whole[name[-1] == "y"], em=em)
+                    moves[name] = styles.length(values[0], whole[name[-1] == "y"], em=em)
             except InputError as error:
                 raise InputError(f"<{element.tag}{_id(element)}>: {name}: {error}.") from None
             if len(values) > 1:
@@ -290,17 +290,17 @@ def size(root: Element) -> tuple[float, float]:
     InputError
         One of them is not a length.
     """
-    box = frames.view_box(root.get("viewBox"))
+    box = styles.view_box(root.get("viewBox"))
     sides = []
     for index, name in enumerate(("width", "height")):
         whole = box[2 + index] if box else 0.0
         try:
-            sides.append(whole if frames.is_share(root.get(name)) else frames.length(root.get(name), whole))
+            sides.append(whole if styles.is_share(root.get(name)) else styles.length(root.get(name), whole))
         except InputError as error:
             raise InputError(f"<svg>: {name}: {error}.") from None
-    if box and frames.is_share(root.get("width")) != frames.is_share(root.get("height")):
+    if box and styles.is_share(root.get("width")) != styles.is_share(root.get("height")):
         # one of them given: the other follows from the shape of the viewBox
-        if frames.is_share(root.get("width")):
+        if styles.is_share(root.get("width")):
             sides[0] = sides[1] * box[2] / box[3]
         else:
             sides[1] = sides[0] * box[3] / box[2]
