@@ -37,6 +37,7 @@ from handout.pipeline.printing import BatchDelivery, make_all, rows_told
 from handout.pipeline.results import SILENT, Attendant
 from handout.pipeline.texts import STROKES
 from handout.plotting import bed
+from handout.plotting.dialects import dialect
 from handout.plotting.driver import connect
 from handout.plotting.jobs import store
 from handout.plotting.jobs.store import JobOptions
@@ -54,7 +55,6 @@ from handout.sources.drawing_json import from_json
 from handout.values import Drawing, Page
 
 _PENS = "--columns pen=…: a plotter draws with the pen that is in it; the column shows in pictures alone."
-_ENDS = {"ebb": "\r", "hpgl": ""}  # line ending per dialect; default: a line feed
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -317,7 +317,7 @@ class PlotterQueue(Station):
             assert self.port is not None
             controller = connect(self.port, self.profile, lambda sentence: None)
             for line in self.profile.feeder.command:
-                controller.send(f"{line}{_ENDS.get(self.profile.dialect, chr(10))}".encode())
+                controller.send(f"{line}{dialect(self.profile.dialect).line_end}".encode())
             controller.finish()
 
     def begin(self, drawing: Drawing, title: str) -> str:
