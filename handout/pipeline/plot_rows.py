@@ -25,9 +25,9 @@ from handout.pipeline.options import MergeOptions, TableOptions, seed_of
 from handout.pipeline.plot_request import AttendanceOptions, PartOptions, PlotOptions, PlotRequest
 from handout.pipeline.plotting import (
     AtPlotter,
+    AttendedPlotter,
     Drawn,
     ReportFile,
-    Station,
     asked_machine,
     is_simulated,
     job_options,
@@ -293,7 +293,7 @@ def _letters(pieces: Iterable[Piece], envelopes: list[Piece], backs: list[Piece]
 
 
 @dataclass(kw_only=True)
-class PlotterQueue(Station):
+class PlotterQueue(AttendedPlotter):
     """A plotter as a device of a batch: a sheet is a job that is kept until it is drawn."""
 
     options: JobOptions

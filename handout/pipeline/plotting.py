@@ -161,7 +161,7 @@ class ReportFile:
 
 
 @dataclass
-class Station:
+class AttendedPlotter:
     """A plotter with who attends to it, and what is done while it draws.
 
     account : where it is written how faithful the motion was; port : open, if it was opened before the first job.
@@ -283,7 +283,7 @@ def plot(
     request = PlotRequest(Source(request)) if isinstance(request, str) else request
     account = ReportFile(attendance.report)
     work = _check_request(request, port)
-    station = Station(work.profile, AtPlotter(attendant, port), attendance, account)
+    station = AttendedPlotter(work.profile, AtPlotter(attendant, port), attendance, account)
     plotted = station.plot_new(partial(_begin_job, work, port, attendant), notes=work.notes)
     tally, task = sum((Tally(**counts) for counts in plotted.job.told), Tally()), work.document.task
     return plotted.tell_as(deliver(tally, task, (), work.notes, behind=work.drawing))
@@ -342,7 +342,7 @@ def resume(
     if job.standing().finished:
         raise InputError(f"The job {job.name} is finished: nothing is left of it.")
     attendant.say(outlook(job))
-    return Station(job.profile, AtPlotter(attendant, port or job.port), attendance, account).plot(job)
+    return AttendedPlotter(job.profile, AtPlotter(attendant, port or job.port), attendance, account).plot(job)
 
 
 def machine(device: str | None, port: str | None) -> Plotter:
@@ -369,7 +369,7 @@ def plot_drawings(
     """Plot some drawings, a sheet each, as a job like any other, at the pace of their clocks or as fast as it goes."""
     options = JobOptions(speed="fast" if fast else 1.0, overlap=usual_overlap(profile, True) if fast else OVERLAP)
     begin = partial(store.create, drawings, profile, options, title=title, port=port)
-    return Station(profile, AtPlotter(attendant, port)).plot_new(begin, before=f"{title}, ")
+    return AttendedPlotter(profile, AtPlotter(attendant, port)).plot_new(begin, before=f"{title}, ")
 
 
 def asked_machine(plotting: PlotOptions, port: str | None) -> Plotter:
@@ -482,7 +482,7 @@ def plot_again(
         pages = _part(_kept_pages(before, attendant), part, profile, options, attendant)
         return store.begin(pages, profile, options, None, title=before.title, port=address)
 
-    station = Station(profile, AtPlotter(attendant, address), attendance, account)
+    station = AttendedPlotter(profile, AtPlotter(attendant, address), attendance, account)
     return station.plot_new(begin, behind=f", of {name_job(before)}")
 
 
