@@ -20,6 +20,9 @@ def command(
     port: int | None = LISTENING,
     no_browser: bool = UNSEEN,
     key_file: Path | None = option(None, "Keep a key for programs in this file meanwhile."),
+    hosts: tuple[str, ...] = option(
+        (), "A host that webhooks may lead to, beside this computer.", flags=("--webhook-host",)
+    ),
     as_json: bool = option(False, "Print the link as one JSON object.", flags=("--json",)),
 ) -> None:
     """Open the studio in the browser: write, make hands, correct their letters, bend styles.
@@ -31,11 +34,17 @@ def command(
     handout studio
     handout studio me.hand --port 8000 --no-browser
     """
-    open_studio(files, "", port, not no_browser, as_json, key_file)
+    open_studio(files, "", port, not no_browser, as_json, key_file, hosts)
 
 
 def open_studio(
-    names: tuple[str, ...], start: str, port: int | None, browser: bool, as_json: bool, key_file: Path | None = None
+    names: tuple[str, ...],
+    start: str,
+    port: int | None,
+    browser: bool,
+    as_json: bool,
+    key_file: Path | None = None,
+    hosts: tuple[str, ...] = (),
 ) -> None:
     """Serve the studio with some files of hands and styles, at a page of it, until Ctrl-C; a .toml may be new."""
     files = {Path(name): Path(name).resolve() for name in names}
@@ -57,4 +66,4 @@ def open_studio(
 
     hands = {path.stem: path for path in files.values() if path.suffix == ".hand"}
     styles = {path.stem: path for path in files.values() if path.suffix != ".hand"}
-    serve(hands, start, port, key_file, show_link, styles)
+    serve(hands, start, port, key_file, show_link, styles, hosts)

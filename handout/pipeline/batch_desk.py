@@ -6,11 +6,14 @@ with the same; what became of its rows is in the journal that every batch has (`
 
 from __future__ import annotations
 
+import contextlib
+import hashlib
 import json
 import re
 import shutil
 import tempfile
-from collections.abc import Sequence
+from collections import Counter
+from collections.abc import Collection, Sequence
 from dataclasses import asdict, dataclass, fields, replace
 from datetime import datetime
 from pathlib import Path
@@ -42,11 +45,13 @@ from handout.pipeline.results import SILENT, Facts, Listener
 from handout.plotting.connections import is_simulated
 from handout.plotting.jobs.store import free_name
 from handout.printing import journal, printers
-from handout.printing.journal import JournalRun, Piece
+from handout.printing.journal import JournalRun, Piece, PieceStep
 from handout.printing.rows import TableRow, name_rows
 
 _PLAN, _PROOF, _FACTS, _APPROVED, _PDF = "batch.json", "proof.pdf", "proof-facts.json", "approved", "batch.pdf"
 _REFUSED = "refused.json"  # rows that were not begun when it was made last, and why
+_TESTED, _TOLD = "tested", "told.json"  # of a test that was made; of what its webhook was told last
+_PATIENCE = 10.0  # s that a batch with a key waits for another to be kept
 # a text as a letter that has no gaps
 _ONCE = "{% raw %}", "{% endraw %}{{ '{%' }}{% raw %}", "{% endraw %}"
 _SHOWN = 3  # cells of a row by which it is known on the page
@@ -67,6 +72,8 @@ class BatchPlan:
 
     to : a PDF file, a printer (`printer`, by its profile or queue), or a plotter (`device`, its profile).
     queues : further queues, which share it with that; grid : of a plotter, cards side by side, see `PlotOptions`.
+    key : by which a program that asks twice keeps it once; test : it is proofed, and nothing is sent.
+    webhook : the address that is told how it ended, with a signature of `secret`.
     """
 
     title: str
@@ -80,6 +87,10 @@ class BatchPlan:
     queues: tuple[str, ...] = ()
     device: str | None = None
     grid: str = ""
+    key: str = ""
+    test: bool = False
+    webhook: str = ""
+    secret: str = ""
 
 
 _PARTS: dict[str, type[Any]] = {
@@ -94,6 +105,7 @@ class _Batch:
     folder: Path
     plan: BatchPlan
     begun: str
+    asked: str = ""
 
     @property
     def table(self) -> Path:
@@ -113,9 +125,9 @@ class _Batch:
         """The rows that whoever approved it left out."""
         return frozenset(_facts(self.folder / _APPROVED).get("left_out", ()))
 
-    def read_table(self, listener: Listener = SILENT) -> merging.MailMerge:
+    def read_table(self) -> merging.MailMerge:
         """Its table and letter."""
-        return merging.read_merge(self.table, self.plan.table, self.merge, listener)
+        return merging.read_merge(self.table, self.plan.table, self.merge, SILENT)
 
     @property
     def journal_run(self) -> JournalRun | None:
@@ -145,11 +157,35 @@ class _Batch:
         """Where it is: new, proofed, approved, broken off or done."""
         if (run := self.journal_run) is not None and not self.rehearsed:
             return "done" if run.ended == "done" else "broken off"
-        if (self.folder / _PDF).is_file():
+        if (self.folder / _PDF).is_file() or (self.folder / _TESTED).is_file():
             return "done"
         if (self.folder / _APPROVED).is_file():
             return "approved"
         return "proofed" if (self.folder / _FACTS).is_file() else "new"
+
+    def tell_states(self, rows: Sequence[int], bad: Collection[int]) -> dict[int, str]:
+        """What became of its rows, some of which cannot be made."""
+        run, done = self.journal_run, "simulated" if self.rehearsed else "tested" if self.plan.test else "done"
+        states = dict.fromkeys(rows, done if run is None and self.state == "done" else "")
+        states |= {int(row): f"failed: {why}" for row, why in _facts(self.folder / _REFUSED).items()}
+        states |= {} if run is None else _tell_steps(run, done)
+        return states | dict.fromkeys(self.left_out, "left out") | dict.fromkeys(bad, "cannot be made")
+
+
+def _tell_steps(run: JournalRun, done: str) -> dict[int, str]:
+    """What became of the rows that a run began; `done` : what one is whose parts are all made."""
+    steps, states = dict[int, dict[Piece, PieceStep]](), dict[int, str]()
+    for piece, step in run.steps.items():
+        steps.setdefault(piece.row, {})[piece] = step
+    for row, own in steps.items():
+        wrong = next((step for step in own.values() if step.state in ("failed", "doubtful")), None)
+        if all(step.state == "completed" for step in own.values()):
+            states[row] = done if len({piece.part for piece in own}) >= len(run.parts.get(row, ())) else "in part"
+        elif wrong is None:
+            states[row] = "sent"
+        else:
+            states[row] = f"{wrong.state}: {wrong.why}" if wrong.why else wrong.state
+    return states
 
 
 def folder() -> Path:
@@ -157,24 +193,35 @@ def folder() -> Path:
     return shipped.own_folder("state") / "desk-batches"
 
 
-def keep_batch(
-    table: Path | None,
-    letter: str,
-    markdown: bool,
-    plan: BatchPlan,
-    pictures: Path | None = None,
-    *,
-    listener: Listener = SILENT,
-) -> Facts:
+def keep_batch(table: Path | None, letter: str, markdown: bool, plan: BatchPlan, pictures: Path | None = None) -> Facts:
     """Keep a batch: its table and pictures, which are copied, its letter, "" for none, and its plan.
 
-    Without a table the letter is a text as it stands, which is made once.
+    Without a table the letter is a text as it stands, which is made once.  One whose key is kept is shown.
 
     Raises
     ------
     InputError
-        The table or the letter cannot be read, or the folder cannot be written; nothing is kept then.
+        The table or the letter cannot be read, the folder cannot be written, or the key is another batch's; nothing is
+        kept then.
     """
+    content = [b"" if table is None else table.read_bytes(), letter.encode(), repr((markdown, plan)).encode()]
+    content += [each.read_bytes() for each in sorted(pictures.iterdir())] if pictures else []
+    asked = hashlib.sha256(b"".join(hashlib.sha256(part).digest() for part in content)).hexdigest()
+    if not plan.key:
+        return _keep_batch(table, letter, markdown, plan, pictures, asked)
+    with atomic.hold_file(folder() / ".keys", patience=_PATIENCE):
+        same = next((batch for batch in _list_batches() if batch.plan.key == plan.key), None)
+        if same is not None and same.asked != asked:
+            raise InputError(f"The key {plan.key} is that of the batch {same.folder.name}, which was asked otherwise.")
+        if same is not None:
+            return show_batch(same.folder.name)
+        return _keep_batch(table, letter, markdown, plan, pictures, asked)
+
+
+def _keep_batch(
+    table: Path | None, letter: str, markdown: bool, plan: BatchPlan, pictures: Path | None, asked: str
+) -> Facts:
+    """Keep a batch whose key nobody else has."""
     if table is None:
         letter = _ONCE[0] + letter.replace("{%", _ONCE[1]) + _ONCE[2]
     elif table.stat().st_size > _MOST_TABLE:
@@ -197,9 +244,9 @@ def keep_batch(
             shutil.copytree(pictures, work / SENT_PICTURES)
         begun = datetime.now().isoformat(timespec="seconds")
         options: dict[str, Any] = {"given": [], "approved": None, "letter": None}
-        kept = asdict(plan) | {"merge": asdict(plan.merge) | options, "begun": begun}
+        kept = asdict(plan) | {"merge": asdict(plan.merge) | options, "begun": begun, "asked": asked}
         atomic.write(work / _PLAN, json.dumps(kept, ensure_ascii=False).encode())
-        _batch(work).read_table(listener)
+        _batch(work).read_table()
         name = free_name(work, base).name
     except OSError as error:
         raise InputError(f"Cannot keep the batch in {base}: {error.strerror or error}.") from error
@@ -287,12 +334,12 @@ def _called(row: TableRow) -> str:
 
 def _batch(path: Path) -> _Batch:
     data = msgspec.json.decode((path / _PLAN).read_bytes())
-    begun = data.pop("begun")
+    begun, asked = data.pop("begun"), data.pop("asked", "")
     for name, kind in _PARTS.items():
         data[name] = kind(**data[name])
     data["table"] = replace(data["table"], columns=tuple(data["table"].columns))
     data["queues"] = tuple(data.get("queues", ()))
-    return _Batch(path, BatchPlan(**data), begun)
+    return _Batch(path, BatchPlan(**data), begun, asked)
 
 
 def _find(name: str) -> _Batch:
@@ -302,39 +349,37 @@ def _find(name: str) -> _Batch:
         raise InputError(f"There is no batch {name}, or it cannot be read.") from error
 
 
-def batches(*, listener: Listener = SILENT) -> Facts:
-    """The batches that are kept, the newest first."""
-    base, found = folder(), list[tuple[str, Facts]]()
+def _list_batches() -> list[_Batch]:
+    """Those that can be read, the newest first."""
+    base, found = folder(), list[_Batch]()
     for path in base.iterdir() if base.is_dir() else []:
         if not path.name.startswith("."):
-            try:
-                batch = _find(path.name)
-            except InputError:
-                continue
-            found.append((batch.begun, {"batch": path.name, "title": batch.plan.title, "state": batch.state}))
-    return {"batches": [facts for _, facts in sorted(found, key=lambda each: each[0], reverse=True)]}
+            with contextlib.suppress(InputError):
+                found.append(_find(path.name))
+    return sorted(found, key=lambda batch: batch.begun, reverse=True)
+
+
+def batches(*, listener: Listener = SILENT) -> Facts:
+    """The batches that are kept, the newest first."""
+    found = _list_batches()
+    return {"batches": [{"batch": each.folder.name, "title": each.plan.title, "state": each.state} for each in found]}
 
 
 def show_batch(name: str) -> Facts:
     """A batch with its rows: what each is called, what is wrong with it, what became of it, what its proof says."""
     batch = _find(name)
     merged, run, plan, state = batch.read_table(), batch.journal_run, batch.plan, batch.state
-    left_out, rehearsed = batch.left_out, batch.rehearsed
     proofed = _facts(batch.folder / _FACTS)
-    looked = {entry["row"]: entry["why"] for entry in proofed.get("look_at", ())}
-    failed = {entry["row"]: [entry["reason"]] for entry in proofed.get("failed", ())}
-    refused, done = _facts(batch.folder / _REFUSED), "simulated" if rehearsed else "done"
+    said = {entry["row"]: entry["why"] for entry in proofed.get("look_at", ())}
+    bad = {entry["row"]: entry["reason"] for entry in proofed.get("failed", ())}
+    bad |= {row.number: row.problem for row in merged.table if row.problem}
+    states = batch.tell_states([row.number for row in merged.table], bad)
     rows = [
         {
             "row": row.number,
             "called": _called(row),
-            "why": [row.problem] if row.problem else failed.get(row.number, looked.get(row.number, [])),
-            "state": "cannot be made"
-            if row.problem or row.number in failed
-            else "left out"
-            if row.number in left_out
-            else ("done" if run is None and state == "done" else _state(row.number, run, done))
-            or (f"failed: {refused[str(row.number)]}" if str(row.number) in refused else ""),
+            "why": [bad[row.number]] if row.number in bad else said.get(row.number, []),
+            "state": states[row.number],
         }
         for row in list(merged.table)[:_MOST_ROWS]
     ]
@@ -353,10 +398,14 @@ def show_batch(name: str) -> Facts:
         "envelopes": merged.with_envelopes,
         "count": len(merged.table.rows),
         "rows": rows,
-        "left_out": sorted(left_out),
+        "states": Counter(told.partition(":")[0] for told in states.values()),
+        "left_out": sorted(batch.left_out),
         "proof": proofed,
         "file": (batch.folder / _PDF).is_file(),
-        "rehearsed": rehearsed,
+        "rehearsed": batch.rehearsed,
+        "key": plan.key,
+        "test": plan.test,
+        "webhook": {"url": plan.webhook, **_facts(batch.folder / _TOLD)} if plan.webhook else None,
     }
 
 
@@ -366,20 +415,6 @@ def _facts(path: Path) -> dict[str, Any]:
     except (OSError, ValueError):
         return {}
     return facts
-
-
-def _state(row: int, run: JournalRun | None, done: str) -> str:
-    """What became of a row; `done` : what it is if all of it was made."""
-    steps = [] if run is None else [step for piece, step in run.steps.items() if piece.row == row]
-    if run is None or not steps:
-        return ""
-    made = {Piece(piece.row, 0, piece.part) for piece in run.steps if piece.row == row}
-    if all(step.state == "completed" for step in steps):
-        return done if len(made) >= len(run.parts.get(row, ())) else "in part"
-    wrong = next((step for step in steps if step.state in ("failed", "doubtful")), None)
-    if wrong is not None:
-        return f"{wrong.state}: {wrong.why}" if wrong.why else wrong.state
-    return "sent"
 
 
 def prove_batch(name: str, *, listener: Listener = SILENT) -> Facts:
@@ -450,6 +485,9 @@ def _make(batch: _Batch, name: str, ports: Sequence[str], at_zero: bool, listene
     run = batch.run_for(ports)
     if run is not None and run.ended == "done":
         raise InputError(f"All of the batch {name} was made: keep it anew to make it once more.")
+    if plan.test:
+        atomic.write(batch.folder / _TESTED, b"")
+        return {**show_batch(name), "complete": True}
     # who keeps a batch anew and approves it wants all of it, whatever became of another with the same rows
     afresh = run is None and plan.to != "pdf"
     table = replace(plan.table, resume=run is not None, afresh=afresh, rows=_rows(batch))
@@ -520,6 +558,25 @@ def _queues(plan: BatchPlan) -> tuple[str, ...]:
 def _table_fields(table: TableOptions) -> dict[str, Any]:
     """Its fields, for the options that are more than it."""
     return {field.name: getattr(table, field.name) for field in fields(TableOptions)}
+
+
+def list_untold(name: str = "") -> list[dict[str, str]]:
+    """What webhooks are to be told of batches that ended, one or all: `batch`, `id`, `url`, `secret`, `text`."""
+    news = []
+    for batch in [_find(name)] if name else _list_batches():
+        if batch.plan.webhook and batch.state in ("done", "broken off"):
+            facts = show_batch(batch.folder.name)
+            text = json.dumps({each: facts[each] for each in ("batch", "key", "test", "state", "ended", "states")})
+            told = {"id": hashlib.sha256(text.encode()).hexdigest()[:24], "why": ""}
+            if _facts(batch.folder / _TOLD) != told:
+                to = {"url": batch.plan.webhook, "secret": batch.plan.secret, "text": text}
+                news.append({"batch": batch.folder.name, "id": told["id"], **to})
+    return news
+
+
+def note_told(name: str, id_: str, why: str) -> None:
+    """Keep what a webhook was told, or why it could not be."""
+    atomic.write(_find(name).folder / _TOLD, json.dumps({"id": id_, "why": why}).encode())
 
 
 def forget_batch(name: str) -> str:

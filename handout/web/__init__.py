@@ -12,6 +12,7 @@ may be cancelled, may take as long as it takes, and may end without taking the s
     tasks.py      routes of sessions, uploads and tasks
     writing.py    routes of the page Write; hands.py of Hands; letters.py of Letters, where a scanned hand is corrected;
                   styles.py of Style; calibration.py of Calibration
+    webhooks.py   how batches ended, told to who asked for that
     jobs.py       routes of the pages Plotter and Letters from a table: machines, the pen by hand, plots, batches
     static/       the page: HTML, CSS and ES modules, as they are served
 

@@ -135,6 +135,13 @@ class PenMoveBody(Body, frozen=True):
 PrinterName = Annotated[str, Meta(pattern=r"^[\w.-]{0,100}(?!\n)$")]  # a profile or a queue, and no address
 
 
+class Webhook(Body, frozen=True):
+    """An address on this computer, or on one the studio trusts, and a secret that signs what it is told."""
+
+    url: Annotated[str, Meta(max_length=500)]
+    secret: Annotated[str, Meta(min_length=16, max_length=200)]
+
+
 @_with_options(TableOptions, MergeOptions)
 class NewBatch(Write, frozen=True):
     """A letter for every row of a table that was sent to /api/uploads, and how it is made; without a table, once."""
@@ -145,13 +152,18 @@ class NewBatch(Write, frozen=True):
     printer: PrinterName = ""
     queues: Annotated[tuple[PrinterName, ...], Meta(max_length=16)] = ()  # further ones that share it
     grid: Annotated[str, Meta(pattern=r"^([1-9]\d?x[1-9]\d?)?(?!\n)$")] = ""
+    # one that is asked for twice is kept once; it is proofed, and nothing is sent; who is told how it ended
+    key: Annotated[str, Meta(pattern=r"^[\w.:-]{0,100}(?!\n)$")] = ""
+    test: bool = False
+    webhook: Webhook | None = None
 
     def plan(self, hand: str, name: str) -> BatchPlan:
         """How it is made; `name` : of the table."""
         table = self.options(TableOptions, no_name=True)
         parts = self.options(WritingOptions, hand=hand), self.options(PictureOptions), table, self.options(MergeOptions)
-        ways = self.printer, self.queues, self.device, self.grid
-        return BatchPlan(self.title or name, self.to, *parts, self.page, *ways)
+        own = {each: getattr(self, each) for each in ("printer", "queues", "device", "grid", "key", "test")}
+        own |= {} if self.webhook is None else {"webhook": self.webhook.url, "secret": self.webhook.secret}
+        return BatchPlan(self.title or name, self.to, *parts, self.page, **own)
 
 
 class TriedBatch(NewBatch, frozen=True, kw_only=True):

@@ -25,6 +25,7 @@ from handout.web.hands import find_upload, put_beside
 from handout.web.routes import Handle, Way, json_answer
 from handout.web.studio import TABLES, Studio
 from handout.web.tasks import TYPES, follow_task, task_of
+from handout.web.webhooks import check_address, tell_ended
 from handout.web.worker import Call
 
 _KEPT = re.compile(r"[a-z]{3}\d\d-\d{1,5}")  # as `plotting.jobs.store` calls plots, and batches, too
@@ -143,6 +144,8 @@ async def try_batch(studio: Studio, request: Request, body: TriedBatch) -> Respo
 
 async def keep_batch(studio: Studio, request: Request, body: NewBatch) -> Response:
     """A batch is kept."""
+    if body.webhook is not None and (why := check_address(body.webhook.url, studio.hosts)):
+        raise HTTPException(422, f"webhook: {why}")
     table = None if body.table is None else find_upload(studio, body.table, *TABLES)
     name = "a text" if body.table is None else studio.uploads[body.table].name
     folder = studio.folder()
@@ -165,7 +168,9 @@ async def make(studio: Studio, request: Request, body: MadeBatch) -> Response:
     """A batch is printed or plotted, or gone on with."""
     name = _idle(studio, request, "batch")
     call = Call("batch_desk.make_batch", (name, body.ports, body.at_zero), listens=True, moves=True)
-    return await follow_task(request, await studio.attend(body.ports, f"batch {name}", call))
+    task = await studio.attend(body.ports, f"batch {name}", call)
+    studio.run_beside(tell_ended(studio, name, task))
+    return await follow_task(request, task)
 
 
 async def file(studio: Studio, request: Request, body: None) -> Response:

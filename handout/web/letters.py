@@ -6,8 +6,6 @@ it is done; the letters go on being corrected meanwhile.
 
 from __future__ import annotations
 
-import asyncio
-from collections.abc import Coroutine
 from pathlib import Path
 from typing import Any
 
@@ -64,14 +62,8 @@ async def letters(studio: Studio, request: Request, body: None) -> Response:
     """The letters of a page; what corrections of it will ask for is then worked out beforehand."""
     (page,), hand = _numbers(request, "page"), studio.hand(name_of(request))
     answer = await _ask_desk(studio, request, "page_letters", page)
-    _run_beside(studio, _warm_letters(studio, hand, page))
+    studio.run_beside(_warm_letters(studio, hand, page))
     return answer
-
-
-def _run_beside(studio: Studio, work: Coroutine[Any, Any, None]) -> None:
-    task = asyncio.ensure_future(work)
-    studio.running.add(task)
-    task.add_done_callback(studio.running.discard)
 
 
 async def _warm_letters(studio: Studio, hand: str, page: int) -> None:
@@ -121,7 +113,7 @@ async def learn(studio: Studio, request: Request, body: Revised) -> Response:
     begun = await studio.answer("letters", call, studio.desk)
     task = Task("learning from corrections", call, folder, state="running")
     studio.tasks[task.id] = task
-    _run_beside(studio, _learn_apart(studio, task, hand, copy, begun["made"]))
+    studio.run_beside(_learn_apart(studio, task, hand, copy, begun["made"]))
     return await follow_task(request, task)
 
 

@@ -6,7 +6,7 @@ import asyncio
 import contextlib
 import errno
 import socket
-from collections.abc import AsyncIterator, Callable, Mapping
+from collections.abc import AsyncIterator, Callable, Collection, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +25,7 @@ from handout.web import calibration, hands, jobs, letters, tasks, writing
 from handout.web.guard import Guard
 from handout.web.routes import Way, json_answer, openapi
 from handout.web.studio import Studio
+from handout.web.webhooks import tell_ended
 from handout.web.workers import bare
 
 TABLES = (tasks.ROUTES, writing.ROUTES, hands.ROUTES, letters.ROUTES, calibration.ROUTES, jobs.ROUTES)
@@ -46,6 +47,7 @@ def application(studio: Studio, port: int) -> ASGIApp:
     @contextlib.asynccontextmanager
     async def lifespan(app: Starlette) -> AsyncIterator[None]:
         await studio.open()
+        studio.run_beside(tell_ended(studio))
         try:
             yield
         finally:
@@ -110,6 +112,7 @@ def serve(
     key_file: Path | None,
     opened: Callable[[str], None],
     styles_: Mapping[str, Path] = {},
+    hosts: Collection[str] = (),
 ) -> None:
     """Serve the studio until it is interrupted.
 
@@ -117,11 +120,11 @@ def serve(
     ----------
     hands_ : name → .hand file of hands beside those that are known by name.
     styles_ : the same of handstyles.
-    start : the page that the link opens.
+    start : the page that the link opens; hosts : that webhooks may lead to, beside this computer.
     key_file : where a key for programs is kept meanwhile, readable for the user alone.
     opened : is told the link once the server listens.
     """
-    studio = Studio(hands_, start, styles_)
+    studio = Studio(hands_, start, styles_, frozenset(hosts))
     one = listening(port)
     number = int(one.getsockname()[1])
     if key_file is not None:

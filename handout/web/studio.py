@@ -9,7 +9,7 @@ import secrets
 import shutil
 import tempfile
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Coroutine, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -56,6 +56,7 @@ class Studio:
     hands: Mapping[str, Path] = field(default_factory=dict)
     start: str = ""
     styles: Mapping[str, Path] = field(default_factory=dict)
+    hosts: frozenset[str] = frozenset()  # beside this computer, that webhooks may lead to
     token: str = field(default_factory=lambda: secrets.token_urlsafe(32))
     uploads: dict[str, Upload] = field(default_factory=dict)
     tasks: dict[str, Task] = field(default_factory=dict)
@@ -144,6 +145,12 @@ class Studio:
             self.tasks.pop(task.id, None)
         raise_refused(task)
         return task.facts
+
+    def run_beside(self, work: Coroutine[Any, Any, None]) -> None:
+        """Have something done for which nobody waits."""
+        task = asyncio.ensure_future(work)
+        self.running.add(task)
+        task.add_done_callback(self.running.discard)
 
     def keep_soon(self, hand: str, after: float = _QUIET) -> None:
         """Have the corrections of a hand taken into its file, once there were no more of them for a while."""

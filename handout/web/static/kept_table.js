@@ -153,6 +153,8 @@ export async function kept(main, name, titles) {
     summary.textContent = `${batch.title}: ${batch.left_out.length ? `${batch.count - batch.left_out.length} of ` : ''}${batch.count} ${batch.count === 1 ? 'row' : 'rows'}, ${what}, for ${batch.printer || TO[batch.to]}${batch.state === 'broken off' && batch.ended ? `; ${batch.ended}` : ''}.`;
     if (lost()) summary.textContent += ` ${lost()} ${lost() === 1 ? 'row' : 'rows'} cannot be made, as is said below: change the table, or make it without them.`;
     if (batch.rehearsed) summary.textContent += ' The simulated plotter drew it: nothing is on paper yet.';
+    if (batch.test && batch.state === 'done') summary.textContent += ' It was a test: nothing was sent.';
+    if (batch.webhook?.why) summary.textContent += ` The program that waits for it was not told: ${batch.webhook.why}`;
     listed(batch);
     if (before) pictures(); else marked();
     controls();
