@@ -124,13 +124,7 @@ def command(
     check_outputs(mode.dry_run)
     source = read_source(text, mode.file, console, given_names(), svg_text=drawing.svg_text)
     request = replace(request, source=source)
-    if mode.port is None or mode.dry_run:
-        _preview(request, mode, console)
-        return None
-    from handout.pipeline.plotting import plot
-
-    result = plot(request, mode.port, mode.attendance, attendant=console)
-    console.report(result, sentences.tell_plotted(result))
+    (_preview if mode.dry_run else _plot)(request, mode, console)
     return None
 
 
@@ -184,6 +178,15 @@ def _plot_rows(
     lent = sentences.tell_letters(result.tally)
     console.report(result, f"{sentence}{lent}\n{result.fidelity}".strip())
     return result.report.exit_code
+
+
+def _plot(request: PlotRequest, mode: _PlotMode, console: Console) -> None:
+    """--port."""
+    from handout.pipeline.plotting import plot
+
+    assert mode.port is not None
+    result = plot(request, mode.port, mode.attendance, attendant=console)
+    console.report(result, sentences.tell_plotted(result))
 
 
 def _preview(request: PlotRequest, mode: _PlotMode, console: Console) -> None:

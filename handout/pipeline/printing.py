@@ -114,15 +114,13 @@ def print_(
     notes = not_followed(task, ink_shown=True)
     attendant.note(*notes)
     out = None if printing.dry_run is None else Path(printing.dry_run)
-    # a dry run that names the folder which a simulated printer prints into is none
-    dry_run = out is not None and not (out.suffix == "" and not printing.queue and profile.simulated)
     options, record = merging.begin_batch(
         pages,
         printing,
         {"page_name": pages.sheet.page_name},
         envelopes_to=printing.envelopes_to,
         out=out,
-        dry_run=dry_run,
+        dry_run=out is not None and not _prints_into(out, printing),
     )
     calibrations = _calibrations(printing, attendant)
     pages.calibrated = calibrations.calibrate_ink
@@ -148,14 +146,16 @@ def print_(
         files=tuple(report.files),
         told=told if through is None else {**told, "calibration": through.facts()},
         report=report,
-        destination=", ".join(
-            printer.queue or (f"the folder {SIMULATED}/" if printer.simulated else printer.title)
-            for printer in [*profiles, *apart]
-        ),
+        destination=", ".join(map(_name_place, [*profiles, *apart])),
         calibration_note="" if through is None else through.tell_reach(),
         letters=merged.with_letters,
         notes=tuple(notes),
     )
+
+
+def _name_place(printer: Printer) -> str:
+    """A printer, as the place that pages go to."""
+    return printer.queue or (f"the folder {SIMULATED}/" if printer.simulated else printer.title)
 
 
 def _printers(printing: PrintOptions, writing_options: WritingOptions, merge: MergeOptions) -> list[Printer]:
@@ -216,6 +216,11 @@ def _feed_printer(profile: Printer, apart: Printer, printing: PrintOptions, with
         changes["nudge"] = Nudge(x=Length(x), y=Length(y))
     fed = media.printer_for(page, apart if with_letters and envelope_page else profile)
     return msgspec.structs.replace(fed, **{name: value for name, value in changes.items() if value})
+
+
+def _prints_into(out: Path, printing: PrintOptions) -> bool:
+    """Whether what a dry run names is the folder that a simulated printer prints into."""
+    return out.suffix == "" and not printing.queue and printers.resolve(printing.printer).simulated
 
 
 @dataclass(frozen=True)

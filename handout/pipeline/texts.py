@@ -119,17 +119,6 @@ def prepare(
 
         behind = untaken(writing.hand)
     hand, behind = _wish_legible(hand, writing.legible, behind)
-    pen_hand = None
-    if picture.pen is not None and picture.has_scanned_pen:
-        from handout.hand import file
-
-        if hand.pages is None:
-            raise InputError(f"pen: {picture.pen} holds scanned ink, which only scanned hands can be written with.")
-        pen_hand = file.load(library.scanned_file(picture.pen))
-    if writing.pose is not None:
-        from handout.pipeline.poses import pose_model
-
-        pose_model(writing.pose)  # what cannot be read is refused before anything is written
     paper = page(name)
     layout = Layout(
         page=paper,
@@ -152,11 +141,11 @@ def prepare(
         sheet.pages,
         writing.fallback,
         writing.slips,
-        pen_hand,
+        _pen_hand(picture.pen, hand) if picture.pen is not None and picture.has_scanned_pen else None,
         hand.pages is not None and not picture.has_scanned_pen and (picture.pen, writing.style) != (None, None),
         picture.ink is not None,
         strict=writing.strict,
-        pose=PoseOptions(writing.pose, writing.pose_method),
+        pose=_pose(writing),
         style=_style(writing),
         untaken=behind,
         picture=picture,
@@ -186,6 +175,15 @@ def _wish_legible(
     return prefer_legible(hand, wish), notes
 
 
+def _pen_hand(pen: str, hand: Hand | ScannedHand) -> ScannedHand:
+    """The scanned hand whose pen is asked for."""
+    if hand.pages is None:
+        raise InputError(f"pen: {pen} holds scanned ink, which only scanned hands can be written with.")
+    from handout.hand import file
+
+    return file.load(library.scanned_file(pen))
+
+
 def _style(writing: WritingOptions) -> Style | None:
     """The handstyle that is asked for."""
     if writing.style is None:
@@ -196,6 +194,15 @@ def _style(writing: WritingOptions) -> Style | None:
     from handout.pipeline.styles import style_of
 
     return style_of(StyleOptions(writing.style, prime=writing.prime, temperature=writing.temperature))
+
+
+def _pose(writing: WritingOptions) -> PoseOptions:
+    """How the pen is held; what cannot be read is refused before anything is written."""
+    if writing.pose is not None:
+        from handout.pipeline.poses import pose_model
+
+        pose_model(writing.pose)
+    return PoseOptions(writing.pose, writing.pose_method)
 
 
 @dataclass(frozen=True)
