@@ -176,7 +176,7 @@ def _figures(hand: ScannedHand, second: SecondReader | None, settings: Rereading
         means = [float(middle) for _, middle, _ in quantiles]
         spreads = [float(high - low) / 2 for low, _, high in quantiles]
     before = np.array(_OF_TWO if second else (settings.right, settings.misspelt, settings.spread))
-    own = np.array([*means, float(np.hypot(*spreads)) / np.sqrt(2)])
+    own = np.array([*means, float(np.hypot(spreads[0], spreads[1])) / np.sqrt(2)])
     return np.asarray(share * own + (1 - share) * before)
 
 
