@@ -165,18 +165,15 @@ def _figures(hand: ScannedHand, second: SecondReader | None, settings: Rereading
     others = [(reading, other) for reading, text in pairs for other in _misspelt(reading[0], text, rng)]
     count = len(pairs) if others else 0
     share = count / (count + settings.trust)
-    means, spreads = [0.0, 0.0], [0.0, 0.0]
+    means, spreads = (0.0, 0.0), (0.0, 0.0)
     if count:
         scales = [
             np.array(list(map(scale, texts, surprises(readings, texts, settings).tolist())))
             for readings, texts in (tuple(zip(*some, strict=True)) for some in (pairs, others))
         ]
-        # of most of the values: those far out are wrong transcripts, or letters not found
-        quantiles = [np.quantile(values, (_TAIL, 0.5, 1 - _TAIL)) for values in scales]
-        means = [float(middle) for _, middle, _ in quantiles]
-        spreads = [float(high - low) / 2 for low, _, high in quantiles]
+        means, spreads = zip(*map(_normal, scales), strict=True)
     before = np.array(_OF_TWO if second else (settings.right, settings.misspelt, settings.spread))
-    own = np.array([*means, float(np.hypot(spreads[0], spreads[1])) / np.sqrt(2)])
+    own = np.array([*means, float(np.hypot(*spreads)) / np.sqrt(2)])
     return np.asarray(share * own + (1 - share) * before)
 
 
@@ -207,6 +204,12 @@ def _misspelt(reading: PictureReading, text: str, rng: np.random.Generator) -> l
     new = str(rng.choice(list(reading.rivals(text, _TAKEN_FOR)[at])))
     others = (text[:at] + new + text[at + 1 :], text[:at] + new + text[at:], text[:at] + text[at + 1 :])
     return [other for other in others if other and not pictures.alike(other, text)]
+
+
+def _normal(values: Array) -> tuple[float, float]:
+    """Mean and standard deviation of most of the values: those far out are wrong transcripts, or letters not found."""
+    low, middle, high = np.quantile(values, (_TAIL, 0.5, 1 - _TAIL))
+    return float(middle), float(high - low) / 2
 
 
 @dataclass(frozen=True, eq=False)
