@@ -115,10 +115,7 @@ def target(path: Path) -> Path:
 def write(path: Path, data: bytes) -> None:
     """Write `data` to a temporary file beside `path`, then rename it into place.
 
-    Raises
-    ------
-    InputError
-        The folder does not exist or is not writable; nothing has been changed then.
+    Raises InputError: the folder does not exist or is not writable; nothing has been changed then.
     """
     with open_file(path) as stream:
         stream.write(data)

@@ -26,10 +26,8 @@ def branches(edges: Indices, count: int) -> tuple[Indices, ...]:
     edges : (m, 2) int, pairs of vertices, each pair once.
     count : number of vertices.
 
-    Returns
-    -------
-    Arrays of vertices in order along each path, both ends included; a loop without a junction begins and ends with
-    the same vertex; a vertex without an edge is a path of its own.
+    Returns arrays of vertices in order along each path, both ends included; a loop without a junction begins and ends
+    with the same vertex; a vertex without an edge is a path of its own.
     """
     degree = np.bincount(edges.ravel(), minlength=count)
     through = degree == 2

@@ -46,9 +46,7 @@ def viterbi(unary: Sequence[Array], steps: Sequence[Array | ChainStep]) -> list[
     unary : n of (kᵢ,) float: costs of the states of each place.
     steps : n − 1 costs of going from each state of a place to each of the next: (kᵢ, kᵢ₊₁) float, or a `ChainStep`.
 
-    Returns
-    -------
-    n numbers of states; among equals the first.
+    Returns the numbers of the n states; among equals the first.
     """
     tables = [_PairCosts(step) if isinstance(step, np.ndarray) else step for step in steps]
     reached = [unary[0]]

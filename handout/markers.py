@@ -28,20 +28,14 @@ def find(
     Parameters
     ----------
     grey : (h, w) uint8
-    dictionary : cv2.aruco.Dictionary
-    ours : callable
-        Whether a mark of that number counts.
-    enough : int
-        So many are enough; with fewer a larger picture is searched.
+    ours : whether a mark of that number counts.
+    enough : so many are enough; with fewer a larger picture is searched.
     large : float
         Long side in pixels at which the search begins; a picture smaller than half of it is searched enlarged too.
-    every : int, optional
-        How many marks there are; a first, quick search is made, and is enough if it finds so many.
+    every : how many marks there are; a first, quick search is made, and is enough if it finds so many.
 
-    Returns
-    -------
-    list of (int, (4, 2) float)
-        Corners clockwise from the mark's top left, pixels; pixel (0, 0) has its middle at 0, 0.
+    Returns ids, each with its (4, 2) corners clockwise from the mark's top left, pixels; pixel (0, 0) has its middle
+    at 0, 0.
     """
     import cv2
 
@@ -82,14 +76,10 @@ def refine_corners(grey: NDArray[np.uint8], corners: Array, cells: int) -> Array
     Parameters
     ----------
     grey : (h, w) uint8
-    corners : (n, 2) float, pixels
-        As `find` gives them, the four of a mark after each other.
+    corners : (n, 2) float, pixels: as `find` gives them, the four of a mark after each other.
     cells : along a side of a mark.
 
-    Returns
-    -------
-    (n, 2) float, pixels
-        A corner that would stray by more than a cell stays where it was.
+    Returns (n, 2) float, pixels; a corner that would stray by more than a cell stays where it was.
     """
     import cv2
 

@@ -446,10 +446,7 @@ def _nearest(name: str, kinds: list[str]) -> list[str]:
 def find(name: str, kind: str) -> Profile:
     """Read the machine `name`, as `locate` finds it.
 
-    Raises
-    ------
-    ProfileError
-        Unknown (the message lists the nearest), not valid, or of another kind.
+    Raises ProfileError: unknown (the message lists the nearest), not valid, or of another kind.
     """
     profile = read_profile(locate(name, kind))
     if profile.kind != kind:

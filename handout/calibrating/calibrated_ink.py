@@ -154,7 +154,6 @@ def choose(printer: str, paper: str = "", asked: str = "") -> tuple[Calibration 
 
     Parameters
     ----------
-    printer : str
     paper : what is in the printer; empty: nobody knows.
     asked : "none", a ``printer/paper``, or a file or folder of a calibration; empty: the printer's newest.
 

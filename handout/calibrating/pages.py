@@ -51,10 +51,7 @@ class DevicePages:
 def write(pages: DevicePages, path: Path) -> tuple[Path, ...]:
     """Write pages as one .pdf, with their tables beside it, or as .png: a file, or one a page.
 
-    Raises
-    ------
-    InputError
-        Another ending, or a file that cannot be written.
+    Raises InputError: another ending, or a file that cannot be written.
     """
     suffix = path.suffix.lower()
     if suffix == ".pdf":

@@ -217,10 +217,7 @@ def build_stored(patches: Patches, printer: str, paper: str, scanner: str = "", 
 def load(place: Path) -> Calibration:
     """The calibration in a folder, or of a colour table's file.
 
-    Raises
-    ------
-    InputError
-        It is none.
+    Raises InputError: it is none.
     """
     if place.is_dir():
         about, table_file, home = read_json(place / ABOUT), place / TABLE, place

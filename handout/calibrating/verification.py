@@ -118,12 +118,8 @@ def table_lines(facts: Mapping[str, Any]) -> list[str]:
 def verify(calibration: Calibration, scans: Sequence[Path | ChartScan]) -> Verification:
     """Read the scan of the last strip of a calibration and keep what it says.
 
-    Raises
-    ------
-    ScanRefused
-        Not the strip, or not all of it.
-    InputError
-        A file that cannot be read, or no strip was printed.
+    Raises ScanRefused: not the strip, or not all of it. InputError: a file that cannot be read, or no strip was
+    printed.
     """
     strip = last_strip(calibration)
     opened = [scan for item in scans for scan in ([item] if isinstance(item, ChartScan) else open_scans(item))]

@@ -234,12 +234,8 @@ class Wizard:
     def take_scans(self, scans: Sequence[Path]) -> ChartScanned:
         """Read scans of the chart together with those that were kept earlier, and keep them if they are good.
 
-        Raises
-        ------
-        ScansRefused
-            Something is wrong with them; scans kept earlier stay kept.
-        InputError
-            A file that cannot be read.
+        Raises ScansRefused: something is wrong with them; scans kept earlier stay kept. InputError: a file that cannot
+        be read.
         """
         reading, state = self._read_chart(scans), self.state
         pen = pen_reference.compare_scribble(reading.scribble, self.task.hand, self.writer)
@@ -279,12 +275,7 @@ class Wizard:
     def take_strip(self, scan: Path) -> Verification:
         """Read the scan of the strip; the next step is to store, unless the calibration improves nothing.
 
-        Raises
-        ------
-        ScanRefused
-            It is not the strip, or not all of it.
-        InputError
-            A file that cannot be read.
+        Raises ScanRefused: it is not the strip, or not all of it. InputError: a file that cannot be read.
         """
         verified = verification.verify(store.load(self.built), [scan])
         if verified.helps:

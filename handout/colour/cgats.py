@@ -126,10 +126,7 @@ def dumps(tables: Sequence[CgatsTable]) -> str:
 def write(path: Path, tables: Sequence[CgatsTable]) -> None:
     """Write tables to a file.
 
-    Raises
-    ------
-    InputError
-        It cannot be written.
+    Raises InputError: it cannot be written.
     """
     atomic.write(path, dumps(tables).encode("utf-8"))
 

@@ -183,15 +183,10 @@ def chart(
     ----------
     paper : "A4" or "letter".
     pages : 1, or 2 with more room about them; None: 1 if the printer reaches far enough, else 2.
-    margins : (top, right, bottom, left), mm
-        What the printer cannot print on.
+    margins : (top, right, bottom, left), mm: what the printer cannot print on.
 
-    Raises
-    ------
-    InputError
-        Another paper, or another number of pages.
-    DoesNotFit
-        The printer does not reach as far as the chart does.
+    Raises InputError: another paper, or another number of pages. DoesNotFit: the printer does not reach as far as the
+    chart does.
     """
     names = {sheet.paper.name.lower() for sheet in _SHEETS}
     if paper.lower() not in names:

@@ -41,17 +41,11 @@ def render(page: ChartPage, dpi: float, lines: tuple[str, ...] = (), title: str 
 
     Parameters
     ----------
-    page : ChartPage
     dpi : 300–2400.
-    lines : at most two str
-        Under the title: printer, paper, date.
+    lines : at most two, under the title: printer, paper, date.
     title : empty: that of the chart.
 
-    Returns
-    -------
-    (h, w, 3) uint8
-        Device RGB; pixel (i, j) covers ((j … j + 1), (i … i + 1)) · 25.4 / dpi mm of the sheet.
-
+    Returns (h, w, 3) uint8: device RGB; pixel (i, j) covers ((j … j + 1), (i … i + 1)) · 25.4 / dpi mm of the sheet.
     Raises InputError: a resolution outside its bounds, or words that cannot be printed there.
     """
     if not DPI[0] <= dpi <= DPI[1]:

@@ -39,7 +39,6 @@ def output_profile(table: ColourTable, date: datetime, title: str) -> bytes:
 
     Parameters
     ----------
-    table : ColourTable
     date : datetime.  said : str, what the profile is called.
     """
     forward = Forward(np.asarray(table.scanned, dtype=np.float64))

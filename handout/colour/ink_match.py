@@ -84,8 +84,7 @@ def strokes_in(density: Density, dpi: float, tone: Callable[[Density], Density] 
     ----------
     density : (h, w, 3), of its pixels.
     dpi : pixels an inch.
-    tone : (n, 3) → (n, 3), optional
-        Densities as another scan shows them: edges are looked for in that.
+    tone : (n, 3) → (n, 3), optional: densities as another scan shows them; edges are looked for in that.
     """
     import cv2
 

@@ -34,10 +34,8 @@ def report(reading: ChartReading, title: str = "Colour chart", more: Sequence[tu
 
     Parameters
     ----------
-    reading : Reading
     title : printer, paper, date.
-    more : sequence of (heading, HTML)
-        Further sections, after the findings: what a calibration made of it.
+    more : sequence of (heading, HTML), further sections after the findings: what a calibration made of it.
     """
     sections = [("Findings", _findings(reading)), *more]
     if len(reading.device):
@@ -60,12 +58,12 @@ def page(title: str, summary: str, sections: Sequence[tuple[str, str]]) -> str:
     )
 
 
-def write_report(path: Path, reading: ChartReading, title: str = "Colour chart") -> None:
+def write_report(path: Path, reading: ChartReading) -> None:
     """Write the page to a file.
 
     Raises InputError: it cannot be written.
     """
-    atomic.write(path, report(reading, title).encode("utf-8"))
+    atomic.write(path, report(reading).encode("utf-8"))
 
 
 def _summary(reading: ChartReading) -> str:

@@ -17,7 +17,7 @@ from pathlib import Path
 
 import msgspec
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from handout import __version__, atomic
 from handout.colour.models import Model, inverse
@@ -112,10 +112,7 @@ def save(table: ColourTable, path: Path) -> None:
 def load(path: Path) -> ColourTable:
     """The table of a file that `save` wrote.
 
-    Raises
-    ------
-    InputError
-        The file cannot be read, is no colour table, or is of a newer version.
+    Raises InputError: the file cannot be read, is no colour table, or is of a newer version.
     """
     try:
         with np.load(path, allow_pickle=False) as stored:
@@ -131,7 +128,7 @@ def load(path: Path) -> ColourTable:
         raise InputError(f"{path} is not a colour table that this program has written.") from error
 
 
-def apply(raster: Raster, table: ColourTable, paper: ArrayLike | None = None) -> Raster:
+def apply(raster: Raster, table: ColourTable) -> Raster:
     """The raster whose print, on the table's paper, scans as this raster laid on that paper would look.
 
     Thin ink shows the paper through, and a printer answers to the mixture otherwise than to the ink alone.  So it is
@@ -143,19 +140,10 @@ def apply(raster: Raster, table: ColourTable, paper: ArrayLike | None = None) ->
     raster : Raster
         Colours as the scanner of the hand sees them; pixels without cover stay as they are.
     table : ColourTable
-    paper : (3,) float in 0–1, optional
-        Scanned RGB of the sheet that is printed on; None: the table's own.
-
-    Raises
-    ------
-    InputError
-        A paper that is not three numbers in 0–1.
 
     Source: seed 000, §7.1; Porter and Duff 1984 (over).
     """
-    white = np.asarray(table.paper if paper is None else paper, dtype=np.float32)
-    if white.shape != (3,) or not ((white >= -0.05) & (white <= 1.05)).all():
-        raise InputError(f"colour: the paper must be scanned RGB, three numbers in 0 to 1, not {paper!r}.")
+    white = np.asarray(table.paper, dtype=np.float32)
     pixels = raster.rgba.reshape(-1, 4)
     inked = np.flatnonzero(pixels[:, 3] != 0)
     out = raster.rgba.copy()
@@ -204,12 +192,6 @@ class Reach:
         """ΔE00 lost, mean of the samples out of reach; 0 without any."""
         far = self.lost[self.lost > SEEN]
         return float(far.mean()) if len(far) else 0.0
-
-    @property
-    def p95(self) -> float:
-        """ΔE00 lost, 95th percentile of the samples out of reach; 0 without any."""
-        far = self.lost[self.lost > SEEN]
-        return float(np.percentile(far, 95)) if len(far) else 0.0
 
     def __str__(self) -> str:
         return tell_loss(self.share_out, self.mean)

@@ -117,10 +117,7 @@ class LetterTemplate:
         values : name → cell; row : header → cell.
         language : of the row, for dates.
 
-        Raises
-        ------
-        InputError
-            A cell that is empty or too long, a loop without an end …; the message names the line.
+        Raises InputError: a cell that is empty or too long, a loop without an end …; the message names the line.
         """
         for name, value in {**row, **values}.items():
             if len(value) > _MOST_CELL:

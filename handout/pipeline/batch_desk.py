@@ -7,13 +7,15 @@ with the same; what became of its rows is in the journal that every batch has (`
 from __future__ import annotations
 
 import contextlib
+import csv
 import hashlib
+import io
 import json
 import re
 import shutil
 import tempfile
 from collections import Counter
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import asdict, dataclass, fields, replace
 from datetime import datetime
 from pathlib import Path
@@ -45,8 +47,10 @@ from handout.pipeline.results import SILENT, Facts, Listener
 from handout.plotting.connections import is_simulated
 from handout.plotting.jobs.store import free_name
 from handout.printing import journal, printers
+from handout.printing.address_rows import cell_names
 from handout.printing.journal import JournalRun, Piece, PieceStep
 from handout.printing.rows import TableRow, name_rows
+from handout.printing.table_files import read_sheet
 
 _PLAN, _PROOF, _FACTS, _APPROVED, _PDF = "batch.json", "proof.pdf", "proof-facts.json", "approved", "batch.pdf"
 _REFUSED = "refused.json"  # rows that were not begun when it was made last, and why
@@ -577,6 +581,33 @@ def list_untold(name: str = "") -> list[dict[str, str]]:
 def note_told(name: str, id_: str, why: str) -> None:
     """Keep what a webhook was told, or why it could not be."""
     atomic.write(_find(name).folder / _TOLD, json.dumps({"id": id_, "why": why}).encode())
+
+
+def edit_row(name: str, row: int, cells: Mapping[str, str], was: Mapping[str, str]) -> Facts:
+    """Put cells of a row, by their headers, into the table of a batch that is not approved; all `cells` of it then.
+
+    Its proof is to be made anew.  A workbook or a contacts file becomes delimited text.  `was` : cells as they were
+    looked at; InputError where they are others now.
+    """
+    batch = _find(name)
+    merged, table = batch.read_table(), batch.table
+    found = next((each for each in merged.table if each.number == row), None)
+    if found is None or not cells.keys() <= found.cells.keys():
+        raise InputError(f"The table of {name} has no row {row}, or not all these columns.")
+    if was.items() - found.cells.items():
+        raise InputError(f"Row {row} was changed in another window meanwhile: open it again.")
+    if cells and batch.state not in ("new", "proofed"):
+        raise InputError(f"The batch {name} is approved: its rows stay as they were looked at.")
+    if cells:
+        texts = [list(record.cells) for record in read_sheet(table).records]
+        for column, header in zip(merged.fields.columns, cell_names(merged.fields.columns), strict=True):
+            texts[row - 1] += [""] * (column.number - len(texts[row - 1]))
+            texts[row - 1][column.number - 1] = cells.get(header, texts[row - 1][column.number - 1])
+        csv.writer(stream := io.StringIO()).writerows(texts)
+        for gone in (_APPROVED, _FACTS):
+            (batch.folder / gone).unlink(missing_ok=True)
+        atomic.write(table, stream.getvalue().encode())  # what it is called says nothing of what it holds
+    return {"row": row, "cells": {**found.cells, **cells}}
 
 
 def forget_batch(name: str) -> str:

@@ -1,4 +1,4 @@
-"""The cells of a table file, as people and programs make them: delimited text of any kind, or an Excel workbook.
+"""The cells of a table file, as people and programs make them: delimited text, an Excel workbook, or contacts.
 
 Both are read to the same `TableSheet`; what the columns mean is `columns`' business.  A new format is one more branch
 of `read_sheet`.
@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 
 from handout import encodings
 from handout.errors import TableError
-from handout.printing import address, columns
+from handout.printing import address, columns, contacts
 
 if TYPE_CHECKING:
     from openpyxl.worksheet.worksheet import Worksheet
@@ -32,6 +32,7 @@ _SIGNATURES = {
     b"\x1f\x8b": "a packed file",
 }
 _PACKED = b"PK\x03\x04"
+_CONTACTS = re.compile(rb"(?:\xef\xbb\xbf)?\s*BEGIN:VCARD", re.IGNORECASE)
 _DELIMITERS = ",;\t|"
 _SEPARATOR_LINE = re.compile(r'"?sep=(.)"?\s*\Z', re.IGNORECASE)
 _MOST_LINES = 20  # of a cell: no address has more, so that a quotation mark is missing
@@ -85,7 +86,7 @@ class TableSheet:
 
 
 def read_sheet(path: Path) -> TableSheet:
-    """The cells of a table: of a workbook (openpyxl), or of delimited text.
+    """The cells of a table: of a workbook (openpyxl), of a contacts file, or of delimited text.
 
     Raises
     ------
@@ -98,6 +99,12 @@ def read_sheet(path: Path) -> TableSheet:
         raise TableError(f"{path} cannot be read: {error.strerror or error}.") from error
     if data.startswith(_PACKED):
         return _read_workbook(path)
+    if _CONTACTS.match(data):
+        try:
+            rows, notes = contacts.read_contacts(encodings.decode(data).text)
+        except (encodings.NoText, TableError) as error:
+            raise TableError(f"{path}: {error}") from error
+        return TableSheet([TableRecord.from_cells(cells) for cells in rows], tuple(notes))
     kind = next((kind for signature, kind in _SIGNATURES.items() if data.startswith(signature)), None)
     if kind is not None:
         raise TableError(f"{path} is {kind}: save the table as CSV (UTF-8) and give that file.")

@@ -72,24 +72,14 @@ def prompt(
 
     Parameters
     ----------
-    sentences : sequence of str
-        To choose from; those with characters that are neither printable ASCII nor in `characters` lose their accents
-        or are passed over.
-    target : Frequencies
-        Of the text that will be wanted.
-    characters : str
-        Each occurs at least once.
-    pages, lines, width : int
-        At most so many pages of so many lines of so many characters.
-    language : str
-        Of the sentences that hold the last characters.
+    sentences : sequence of str: to choose from; those with characters that are neither printable ASCII nor in
+        `characters` lose their accents or are passed over.
+    target : of the text that will be wanted.
+    characters : each occurs at least once.
+    pages, lines, width : at most so many pages of so many lines of so many characters.
+    language : of the sentences that hold the last characters.
 
-    Raises
-    ------
-    InputError
-        No sentence can be used.
-    DoesNotFit
-        There is no room for all characters.
+    Raises InputError: no sentence can be used. DoesNotFit: there is no room for all characters.
 
     Source: seed 000, §4.1.
     """

@@ -199,10 +199,7 @@ def lacks(text: str, have: Mapping[tuple[str, Place], int], *, least: int = LEAS
     have : (letter, place) → instances; what `letters_by_place` counts in a prompt, or the glyphs of a hand.
     least : A letter that is needed more rarely than this needs only so many instances.
 
-    Returns
-    -------
-    tuple of Lack
-        Those of which there is none at all first, then the most needed.
+    Returns those of which there is none at all first, then the most needed.
     """
     needed = letters_by_place([corpus.as_typed(text)])
     every: Counter[str] = Counter()

@@ -59,14 +59,9 @@ def find_sheet(image: NDArray[np.uint8]) -> DetectedSheet | None:
 
     Parameters
     ----------
-    image : (h, w) or (h, w, 3) uint8
-        Any resolution from about 150 dpi, any angle.
+    image : (h, w) or (h, w, 3) uint8: any resolution from about 150 dpi, any angle.
 
-    Returns
-    -------
-    Sheet or None
-        None if the picture has no mark of a sheet in it.
-
+    Returns a sheet, or None if the picture has no mark of a sheet in it.
     Raises InputError: there are marks, but too few or misplaced; or the codes cannot be read.
     """
     grey = in_grey(image)
@@ -92,16 +87,12 @@ def rectify(
 
     Parameters
     ----------
-    image : (h, w) or (h, w, 3) uint8
-        The picture in which the sheet was found.
+    image : (h, w) or (h, w, 3) uint8: the picture in which the sheet was found.
     sheet : where it is.
     dpi : of the result, 36–2400; by default that of the picture.
 
-    Returns
-    -------
-    (height, width) or (height, width, 3) uint8
-        Pixel (i, j) has its middle at ((j + ½), (i + ½)) · 25.4 / dpi mm; white outside the picture.
-
+    Returns (height, width) or (height, width, 3) uint8: pixel (i, j) has its middle at ((j + ½), (i + ½)) · 25.4 / dpi
+    mm; white outside the picture.
     Raises InputError: a resolution outside its bounds.
     """
     import cv2
@@ -129,12 +120,9 @@ def printed_on(sheet: DetectedSheet, dpi: float) -> NDArray[np.bool_]:
 
     Parameters
     ----------
-    sheet : Sheet
     dpi : that of `rectify`.
 
-    Returns
-    -------
-    (height, width) bool
+    Returns (height, width) bool
     """
     pixel = 25.4 / dpi
     mask = np.zeros((round(sheet.page.height / pixel), round(sheet.page.width / pixel)), dtype=bool)

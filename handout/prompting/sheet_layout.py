@@ -227,11 +227,7 @@ def register(image: NDArray[np.uint8]) -> Registration | None:
     ----------
     image : (h, w) or (h, w, 3) uint8
 
-    Returns
-    -------
-    Registration or None
-        None where there is no mark at all.
-
+    Returns a registration, or None where there is no mark at all.
     Raises InputError: too few marks, marks of several sheets, or marks that do not lie as on a sheet.
     """
     grey = in_grey(image)

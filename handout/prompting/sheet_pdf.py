@@ -158,12 +158,7 @@ def to_pdf(prompt: Prompt, layout: SheetLayout, write: Write | None = None) -> b
     With printed words there is a page to write on for each page of the prompt. Without, each is followed by a page
     with its words, to lie beside it, and the last page is ruled, to lie under all of them.
 
-    Raises
-    ------
-    InputError
-        A character that cannot be printed.
-    DoesNotFit
-        More text on a page than its codes hold.
+    Raises InputError: a character that cannot be printed. DoesNotFit: more text on a page than its codes hold.
     """
     from reportlab.pdfgen.canvas import Canvas
 

@@ -87,7 +87,6 @@ def find_density(scan: Scan, inks: PageInks, scale: Scale | None = None) -> Dens
 
     Parameters
     ----------
-    scan, inks : Scan, Inks
     scale : that of all pages of the hand; without it the page's own.
     """
     scale = scale or find_scale(scan, inks)

@@ -61,7 +61,6 @@ def least_cut(
     rgb : (h, w, 3) uint8
     density : (h, w) float32
     domain : (h, w) bool: where ink is looked for.
-    weights : Weights
     """
     return _cut_graph(rgb, lambda pixels: unary(density.ravel()[pixels], weights), domain, weights, None)
 

@@ -56,9 +56,7 @@ _FIT = LineFitSettings()
 def find_line_graph(scan: Scan, mask: Mask, density: Density) -> LineGraph:
     """The line graph of a page.
 
-    Returns
-    -------
-    LineGraph: `xy` and `radius` in mm on the page, `uv` in pixels of the scan (0 is the middle of the first pixel).
+    Its `xy` and `radius` are in mm on the page, `uv` in pixels of the scan (0 is the middle of the first pixel).
     """
     import cv2
 

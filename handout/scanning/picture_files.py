@@ -56,7 +56,6 @@ def read_picture(path: Path, page: int | None = None) -> FilePicture:
 
     Parameters
     ----------
-    path : Path
     page : which page of a file that holds several, from 1.
 
     Raises InputError: unreadable, empty, above 200 megapixels, several pages and none chosen, a PDF without a picture
@@ -229,7 +228,6 @@ def scan_of(picture: FilePicture, dpi: float | None = None) -> Scan:
 
     Parameters
     ----------
-    picture : Picture
     dpi : pixels per inch; without it the file's own, if it has a plausible one.
 
     Raises InputError: a resolution that is missing or not plausible, or that makes the page larger than two sheets of

@@ -69,9 +69,7 @@ def find_text_lines(mask: NDArray[np.bool_], dpi: float, count: int | None = Non
     dpi : pixels per inch.
     count : how many lines there are, if the transcript says so.
 
-    Returns
-    -------
-    TextLines without lines, and all 0, for a page on which no line can be told.
+    Returns TextLines without lines, and all 0, for a page on which no line can be told.
 
     Source: own method; docs/bibliography.md.
     """

@@ -152,22 +152,19 @@ def finish(inked: Inked) -> WrittenPage:
     return WrittenPage(scan, prepared.paper, prepared.inks, density, mask, graph, matte, inked.text_lines, notes)
 
 
-def read_page(
-    source: Path | Scan, dpi: float | None = None, pen: str | None = None, *, lines: int | None = None
-) -> WrittenPage:
+def read_page(source: Path | Scan, dpi: float | None = None, *, lines: int | None = None) -> WrittenPage:
     """Read a scanned page of handwriting.
 
     Parameters
     ----------
     source : PNG, JPEG, TIFF, PDF, or a scan in memory.
     dpi : pixels per inch, where the file does not say.
-    pen : one of `mask.PENS`; otherwise told from the ink.
     lines : how many lines of writing there are, if a transcript says so.
 
     Raises InputError: unreadable or too large; no resolution, or one that the size of the writing belies; nothing but
     paper; strokes too thin.
     """
-    return finish(find_ink(prepare(source, dpi), pen, lines=lines))
+    return finish(find_ink(prepare(source, dpi), lines=lines))
 
 
 def with_recorded_line(written: WrittenPage, strokes: Sequence[Stroke], *, timed: bool) -> WrittenPage:

@@ -42,7 +42,6 @@ COUNT = DIRECTIONS * len(_ROWS) * len(_OFFSETS)
 _FINE, _TENSOR, _BLUR = 1.2, 0.6, 2.2  # standard deviations of the three blurs, pixels
 _SCALE = 100.0  # stored numbers a unit
 _GAIN = 12.0
-SPREAD_FLOOR = 10.0  # added to the spread of each feature, so that rare ones do not shout
 _MARGIN = 40  # columns of paper on both sides
 _SLANTS = np.arange(-0.3, 1.21, 0.05)
 
@@ -85,8 +84,7 @@ def describe(image: Image, columns: Indices | None = None) -> Image:
     Parameters
     ----------
     image : (HEIGHT, w) uint8
-    columns : (n,) int, optional
-        Which of the `column_count` described columns.
+    columns : (n,) int, optional: which of the `column_count` described columns.
     """
     image = np.asarray(image)
     if image.ndim != 2 or image.shape[0] != HEIGHT:

@@ -99,8 +99,7 @@ def train_network(
 
     Parameters
     ----------
-    importance : (n,) float32, optional
-        Weight of every column.
+    importance : (n,) float32, optional: weight of every column.
     on_epoch : called after every epoch with its number and mean loss.
     """
     parameters = [np.array(p) for p in (*network.weights, *network.biases)]
@@ -144,10 +143,7 @@ def _gradients(
 def load(path: Path) -> RectifierNetwork:
     """Read a network.
 
-    Raises
-    ------
-    InputError
-        Not such a file, or one for another alphabet or other features.
+    Raises InputError: not such a file, or one for another alphabet or other features.
     """
     try:
         with np.load(path, allow_pickle=False) as file:

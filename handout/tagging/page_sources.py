@@ -378,9 +378,7 @@ def find_turn(inked: Inked, transcript: str, rng: np.random.Generator) -> int:
 
     Parameters
     ----------
-    inked : Inked
     transcript : what is written on the page.
-    rng : numpy.random.Generator
 
     Raises InputError: the page is mirrored, shows two columns, or has another size or another text.
     """

@@ -82,7 +82,6 @@ def tag_page(
 
     Parameters
     ----------
-    written : WrittenPage
     transcript : what is written on it; words struck out as ``~~words~~`` are no letters of the hand.
     rng : the same generator gives the same page.
     method : of the alignment, as `alignment.align` takes it.
@@ -113,9 +112,7 @@ def without_foreign_ink(
 ) -> tuple[WrittenPage, NDArray[np.bool_], list[str]]:
     """The page without ink of another colour than most of it has, if its text fits better so.
 
-    Returns
-    -------
-    The page; (n,) which vertices of its line were left out; sentences to show the user.
+    Returns the page; (n,) which vertices of its line were left out; sentences to show the user.
     """
     foreign = foreign_ink(written.graph, written.scan, written.paper.colour)
     share = float(foreign.mean()) if len(foreign) else 0.0
@@ -161,8 +158,6 @@ def tag_labelled_page(written: WrittenPage, transcript: str, graphemes_at: Indic
 
     Parameters
     ----------
-    written : WrittenPage
-    transcript : str
     graphemes_at : (n,) int: index of the grapheme of the transcript that each vertex belongs to, −1 for none.
 
     Raises InputError: the page has no lines.

@@ -76,7 +76,6 @@ def correct(
     corrections: AnyCorrection | Sequence[AnyCorrection],
     *,
     learning: bool = True,
-    seed: int = 0,
     tell: Tell = silent,
 ) -> Corrected:
     """Make corrections to a hand, and align the pages that they are on anew, with what they teach.
@@ -86,7 +85,6 @@ def correct(
     hand : ScannedHand
     corrections : one, or several that are made in their order and learned from together.
     learning : False: only what they say is done.
-    seed : the same one gives the same hand.
     tell : function, optional
         Told how far it has come.
 
@@ -102,7 +100,7 @@ def correct(
     pages = sorted({correction.page for correction in made}) if learning else []
     for number, page in enumerate(pages):
         part = narrow_reports(tell, number / len(pages), (number + 1) / len(pages))
-        corrected = realign_page(corrected, page, rng=np.random.default_rng((seed, page)), tell=part)
+        corrected = realign_page(corrected, page, rng=np.random.default_rng((0, page)), tell=part)
     return Corrected(corrected, changes(hand, corrected, removed), notes)
 
 

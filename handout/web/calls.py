@@ -182,6 +182,13 @@ class Approval(Body, frozen=True):
     left_out: Annotated[tuple[int, ...], Meta(max_length=10_000)] = ()
 
 
+class EditedRow(Body, frozen=True):
+    """Cells of a row by their headers; none: it is only shown.  was : as they were when they were looked at."""
+
+    cells: Annotated[dict[str, Annotated[str, Meta(max_length=10_000)]], Meta(max_length=200)] = {}
+    was: Annotated[dict[str, str], Meta(max_length=200)] = {}
+
+
 class MadeBatch(Body, frozen=True):
     """Where a batch is made: the ports of plotters, which share it; at_zero : each pen stands above its zero."""
 

@@ -14,6 +14,7 @@ from handout.web.calls import (
     Approval,
     AskedPort,
     DrawnPlot,
+    EditedRow,
     MadeBatch,
     NewBatch,
     NewPlot,
@@ -157,6 +158,13 @@ async def keep_batch(studio: Studio, request: Request, body: NewBatch) -> Respon
         shutil.rmtree(folder, ignore_errors=True)
 
 
+async def edit(studio: Studio, request: Request, body: EditedRow) -> Response:
+    """Cells of a row are changed."""
+    which = _idle(studio, request, "batch"), int(request.path_params["row"])
+    call = Call("batch_desk.edit_row", (*which, body.cells, body.was))
+    return json_answer(await studio.answer("a row", call, studio.long))
+
+
 async def prove(studio: Studio, request: Request, body: None) -> Response:
     """The proof of a batch is made."""
     name = _idle(studio, request, "batch")
@@ -209,6 +217,8 @@ ROUTES = (
         try_batch, body=TriedBatch),
     Way("GET", _BATCH, "A batch: its rows, what its proof says of them, and what its journal says became of them",
         _show_one("batch", "batch_desk.show_batch")),
+    Way("POST", f"{_BATCH}/rows/{{row:int}}", "The cells of a row by its number in the file; change some before it is "
+        "approved, and make the proof anew", edit, body=EditedRow),
     Way("POST", f"{_BATCH}/proof", "Make the proof of a batch: every page, small, and what to look at", prove),
     Way("POST", f"{_BATCH}/approval", "Approve the proof: what is made then is what was looked at, or nothing",
         _show_one("batch", "batch_desk.approve_batch"), body=Approval),

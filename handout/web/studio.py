@@ -20,7 +20,7 @@ from handout import atomic
 from handout.web.worker import HALTS, Call
 from handout.web.workers import Lane, LaneFull, Task
 
-TABLES = (".csv", ".tsv", ".txt", ".xlsx")
+TABLES = (".csv", ".tsv", ".txt", ".xlsx", ".vcf")
 PICTURES = (".png", ".jpg", ".jpeg", ".webp")  # in letters
 SUFFIXES = (*PICTURES, ".tif", ".tiff", ".pdf", ".bmp", ".hand", *TABLES)  # of uploads
 _MOST_UPLOADS, _MOST_BYTES = 40, 1 << 30  # kept at once; a hand of ten pages at 600 dpi is a third of that

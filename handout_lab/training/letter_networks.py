@@ -23,7 +23,7 @@ from handout.hand.drawn import Hand
 from handout.networks import Floats
 from handout.prompting import corpus
 from handout.tagging import network
-from handout.tagging.line_space import COUNT, SPREAD_FLOOR, X_HEIGHT
+from handout.tagging.line_space import COUNT, X_HEIGHT
 from handout.tagging.network import LabelledColumns, join_columns
 from handout.tagging.synthetic_lines import SyntheticLine, built_in_hands, sampled_columns, synthetic_lines
 
@@ -33,6 +33,7 @@ _RATE = 1.2e-3  # learning rate of Adam, the best of a few on five real pages
 _WIDTHS_BY_DEFINITION = {JUNK: 1.6, SPACE: 1.0}
 _SAMPLE = 40_000  # columns that suffice for the mean and spread of each feature
 _PSEUDOCOUNT = 20.0  # added to the columns of each state, so that a state never seen has a finite prior
+_SPREAD_FLOOR = 10.0  # added to the spread of each feature, so that rare ones do not shout
 _USUAL_WIDTH = 0.8  # x-heights: of a letter that no training line holds
 
 
@@ -90,7 +91,7 @@ def start_network(
     frequency = np.bincount(columns.states, minlength=count) + _PSEUDOCOUNT
     return network.RectifierNetwork(
         mean=sample.mean(axis=0),
-        spread=sample.std(axis=0) + np.float32(SPREAD_FLOOR),
+        spread=sample.std(axis=0) + np.float32(_SPREAD_FLOOR),
         weights=weights,
         biases=tuple(np.zeros(size, np.float32) for size in sizes[1:]),
         log_prior=np.log(frequency / frequency.sum()).astype(np.float32),

@@ -216,8 +216,9 @@ def test_the_report_stands_alone(tmp_path, good):
     covered = good.copy()
     covered[500:540, 300:340] = 250
     reading = read_scans([ChartScan(covered, (100.0, 100.0), "<scan> & co")])
-    write_report(tmp_path / "report.html", reading, "Printer <X>")
-    text = (tmp_path / "report.html").read_text(encoding="utf-8")
+    write_report(tmp_path / "report.html", reading)
+    assert (tmp_path / "report.html").read_text(encoding="utf-8") == report(reading)
+    text = report(reading, "Printer <X>")
     assert "Printer &lt;X&gt;" in text and "<scan>" not in text
     assert not re.search(r"(src|href)=\"(?!data:)", text)
     for finding in reading.findings:

@@ -6,7 +6,6 @@ from formula_printers import dull, dull_table, identical, scanned
 
 from handout.colour.models import fit
 from handout.colour.table import ColourTable, apply, build
-from handout.errors import InputError
 from handout.values import Raster
 
 # they rest on scans that take seconds to make
@@ -67,21 +66,6 @@ def test_next_to_no_ink_prints_next_to_nothing(table: ColourTable) -> None:
     assert (np.diff(sent[0], axis=0) <= 1e-6).all()
 
 
-def test_another_paper_is_another_mixture(table: ColourTable) -> None:
-    raster = ink(1.0)
-    own, given = apply(raster, table), apply(raster, table, paper=table.paper)
-    np.testing.assert_array_equal(own.rgba, given.rgba)
-    darker = on_white(apply(raster, table, paper=0.9 * table.paper).rgba)
-    assert (darker.mean(axis=(0, 1)) < on_white(own.rgba).mean(axis=(0, 1))).all()
-
-
 def test_an_empty_page_stays(table: ColourTable) -> None:
     raster = Raster(np.zeros((5, 4, 4), dtype=np.float32), 300)
     np.testing.assert_array_equal(apply(raster, table).rgba, raster.rgba)
-
-
-def test_other_forms_are_refused(table: ColourTable) -> None:
-    with pytest.raises(InputError, match="paper must be scanned RGB"):
-        apply(ink(), table, paper=(255, 250, 240))
-    with pytest.raises(InputError, match="paper must be scanned RGB"):
-        apply(ink(), table, paper=0.9)

@@ -152,6 +152,33 @@ def test_a_table_is_looked_at_before_it_is_kept_and_rows_are_left_out(program):
     assert [row["state"] for row in done["rows"]] == ["left out", "done"] and done["complete"]
 
 
+def test_a_row_is_put_right_before_its_batch_is_approved_and_contacts_are_a_table(program):
+    cards = "".join(
+        f"BEGIN:VCARD\nVERSION:4.0\nN:{name};;;;\nADR:;;1 Lane;Bonn;;;\nEND:VCARD\n" for name in ("Ada", "")
+    )
+    sent = program.sent("people.vcf", cards.encode())
+    asked = {"table": sent, "text": "{{ last_name }}, {{ street }}", "page": "74x105mm", "to": "pdf", "seed": 4}
+    one = f"/api/batches/{program.post('/api/batches', json=asked).json()['batch']}"
+    assert program.post(f"{one}/proof").json()["facts"]["states"] == {"": 1, "cannot be made": 1}
+    assert program.post(f"{one}/rows/3", json={}).json()["cells"] == {
+        "Last name": "",
+        "Street": "1 Lane",
+        "City": "Bonn",
+    }
+    changed = program.post(f"{one}/rows/3", json={"cells": {"Last name": 'Zoë "Z", Quill'}}).json()["cells"]
+    assert changed["Last name"] == 'Zoë "Z", Quill' and changed["City"] == "Bonn"
+    late = program.post(f"{one}/rows/3", json={"cells": {"City": "Ulm"}, "was": {"Last name": "", "City": "Bonn"}})
+    assert "changed in another window" in late.json()["error"]
+    assert "no proof yet" in program.post(f"{one}/approval").json()["error"], "what is approved is what was looked at"
+    proof = program.post(f"{one}/proof").json()["facts"]
+    assert proof["states"] == {"": 2} and proof["rows"][1]["called"] == 'Zoë "Z", Quill, 1 Lane, Bonn'
+    for row, cells in ((9, {}), (3, {"Nobody": "x"})):
+        assert "no row" in program.post(f"{one}/rows/{row}", json={"cells": cells}).json()["error"]
+    program.post(f"{one}/approval")
+    assert "is approved" in program.post(f"{one}/rows/3", json={"cells": {"City": "Ulm"}}).json()["error"]
+    assert program.post(f"{one}/make", json={}).json()["facts"]["states"] == {"done": 2}
+
+
 def test_who_answers_at_a_port_is_told(program):
     assert program.post("/api/machines/asked", json={"port": AT_ONCE}).json()["facts"]["dialect"] == "grbl"
     assert "no port" in program.post("/api/machines/asked", json={"port": "tcp://example.org"}).json()["error"]

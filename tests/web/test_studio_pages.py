@@ -417,6 +417,12 @@ def test_a_table_s_odd_rows_and_a_letter_s_wrong_gaps_are_told_before_anything_i
     assert page.get_by_label("Paper").input_value() == "A5", "nothing is lost by loading the page anew"
     page.get_by_role("button", name="Next: a proof").press("Enter")
     page.get_by_text("1 row cannot be made").wait_for()
+    page.get_by_role("button", name="Put it right: row 4").press("Enter")
+    assert axe(page) == []
+    page.get_by_label("Gift", exact=True).fill("figs")
+    page.get_by_role("button", name="Keep", exact=True).press("Enter")
+    page.get_by_role("button", name="Approve all 3").wait_for()
+    assert page.locator(".proofs img").count() == 3 and axe(page) == []
     page.get_by_role("button", name="Change the letter").press("Enter")
     assert "gift" in page.get_by_label("Letter", exact=True).input_value()
 

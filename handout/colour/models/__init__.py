@@ -55,7 +55,6 @@ def fit(patches: Patches, method: str = "forward") -> Model:
 
     Parameters
     ----------
-    patches : Patches
     method : str
         ``forward``: a smooth spline device → scanned, inverted numerically; the most accurate.
         ``tps``: thin-plate splines scanned → device, smoothed by the measured noise.

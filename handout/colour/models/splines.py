@@ -138,9 +138,8 @@ def smooth(centres: Array, values: Array, variances: Array, kernels: Sequence[st
     ----------
     centres : (m, 3) float, different from each other.
     values : (m, k) float.
-    variances : (m,) float > 0
-        Of the values' errors, as measured.  If the values scatter more than these say, all are raised by one
-        factor for each of the k.
+    variances : (m,) float > 0, of the values' errors, as measured.  If the values scatter more than these say, all are
+        raised by one factor for each of the k.
     kernels : the one that makes the data most likely is taken.
     degree : of the polynomial, the same for all kernels, so that their likelihoods may be compared.
     """

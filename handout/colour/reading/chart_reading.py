@@ -112,11 +112,8 @@ def read_scans(
     paper : (3,) float 0–1, optional
         The paper in the scan of the handwriting, as its scanner shows it: tells whether the settings are the same.
 
-    Returns
-    -------
-    ChartReading
-        Also of bad scans, with what could be read of them; `usable` is False then, and `findings` say why.
-
+    Returns a reading, also of bad scans, with what could be read of them; `usable` is False then, and `findings` say
+    why.
     Raises InputError: a file cannot be opened, or no scan was given.
     """
     findings: list[ScanFinding] = []

@@ -128,18 +128,12 @@ def shading_of(values: Array, device: Array, mm: Array, usable: NDArray[np.bool_
 
     Parameters
     ----------
-    values : (n, 3)
-        What was read of the patches, 0–1.
-    device : (n, 3)
-        What was printed.
-    mm : (n, 2)
-        Middles of the patches.
+    values : (n, 3): what was read of the patches, 0–1.
+    device : (n, 3): what was printed.
+    mm : (n, 2): middles of the patches.
     usable : (n,) bool
 
-    Returns
-    -------
-    Shading
-        With a mean of 1 over the patches.
+    Returns shading with a mean of 1 over the patches.
     """
     low, high = mm.min(axis=0), mm.max(axis=0)
     middle, half = (low + high) / 2, (high - low) / 2

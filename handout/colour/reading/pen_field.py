@@ -141,10 +141,7 @@ def save(scribble: Scribble, path: Path) -> None:
 def load(path: Path) -> Scribble:
     """What `save` wrote.
 
-    Raises
-    ------
-    InputError
-        It cannot be read.
+    Raises InputError: it cannot be read.
     """
     try:
         with np.load(path, allow_pickle=False) as arrays:

@@ -115,12 +115,7 @@ class ChartScan:
 def open_scans(path: Path) -> list[ChartScan]:
     """All pages of a TIFF, PNG or JPEG.
 
-    Raises
-    ------
-    InputError
-        Unreadable.
-    ScanRefused
-        Of a kind that has no colours to read: CMYK, palette.
+    Raises InputError: unreadable. ScanRefused: of a kind that has no colours to read: CMYK, palette.
     """
     if not path.is_file():
         raise InputError(f"Cannot read {path}: there is no such file.")

@@ -117,7 +117,7 @@ export async function kept(main, name, titles) {
       fetched();
       const toggle = h('button', { type: 'button', class: 'leave', 'aria-label': `Leave out: row ${page.row}`, onclick: () => leave(page.row) }, 'Leave out');
       return h('figure', { class: looked.has(page.row) ? 'look' : undefined, 'data-row': page.row }, image,
-        h('figcaption', {}, `row ${page.row}, ${page.part}`, looked.has(page.row) ? h('span', { class: 'warned' }, looked.get(page.row).join('; ')) : ''), toggle);
+        h('figcaption', {}, `row ${page.row}, ${page.part}`, looked.has(page.row) ? h('span', { class: 'warned' }, looked.get(page.row).join('; ')) : ''), toggle, editor(page.row, 'Change it'));
     }));
     more.hidden = pages.length <= most;
     more.textContent = `${most} of ${pages.length} pages are shown: show ${Math.min(SHOWN, pages.length - most)} more`;
@@ -128,11 +128,33 @@ export async function kept(main, name, titles) {
     marked();
     controls();
   }
+  /** The cells of a row, to be put right; the proof is made anew then. */
+  async function edit(row) {
+    const { cells } = await request('POST', `${url}/rows/${row}`, {}), wrong = h('p', { class: 'bad', role: 'alert' });
+    const inputs = Object.entries(cells).map(([header, cell]) => [header, h('textarea', { rows: 1 + (cell.match(/\n/g) || []).length }, cell)]);
+    const dialog = h('dialog', { 'aria-label': `Row ${row}` }, h('h2', {}, `Row ${row}`), h('form', {
+      class: 'panel-form',
+      async onsubmit(event) {
+        event.preventDefault();
+        const changed = Object.fromEntries(inputs.filter(([header, input]) => input.value !== cells[header]).map(([header, input]) => [header, input.value]));
+        try {
+          if (Object.keys(changed).length) await request('POST', `${url}/rows/${row}`, { cells: changed, was: cells });
+          dialog.close();
+          if (Object.keys(changed).length) await followed(`${url}/proof`, {});
+        } catch (error) { wrong.textContent = refusal.textContent = error.message; }
+      },
+    }, inputs.map(([header, input]) => field(header, input)), h('p', { class: 'quiet' }, 'Only here: the file that you gave stays as it is. The proof is made anew.'), wrong,
+    h('div', { class: 'row' }, h('button', { class: 'main' }, 'Keep'), h('button', { type: 'button', onclick: () => dialog.close() }, 'Leave it'))));
+    dialog.addEventListener('close', () => dialog.remove());
+    document.body.append(dialog);
+    dialog.showModal();
+  }
+  const editor = (row, label) => h('button', { type: 'button', class: 'edit', 'aria-label': `${label}: row ${row}`, onclick: () => edit(row).catch((error) => { refusal.textContent = error.message; }) }, label);
   function marked() {
     for (const figure of proofs.children) {
       const left = out.has(Number(figure.dataset.row)), toggle = figure.querySelector('.leave');
       figure.classList.toggle('out', left);
-      toggle.hidden = batch.state !== 'proofed';
+      toggle.hidden = figure.querySelector('.edit').hidden = batch.state !== 'proofed';
       toggle.setAttribute('aria-pressed', String(left));
     }
   }
@@ -142,7 +164,7 @@ export async function kept(main, name, titles) {
     rows.replaceChildren(short && h('p', { class: 'quiet' }, short),
       wrong.length ? h('div', { class: 'warned' }, h('p', {}, 'Not made:'), h('ul', {}, grouped(wrong, (row) => [row.state, ...row.why].join('; ')).map(([why, some]) => h('li', {}, `${some.length > 1 ? named(some) : `row ${some[0].row} (${some[0].called})`}: ${why}`)))) : '',
       h('table', {}, h('thead', {}, h('tr', {}, ['Row', 'Who', 'State', 'Look at'].map((label) => h('th', { scope: 'col' }, label)))),
-        h('tbody', {}, facts.rows.map((row) => h('tr', {}, h('td', {}, row.row), h('td', {}, row.called), h('td', {}, row.state), h('td', {}, row.why.join('; ')))))));
+        h('tbody', {}, facts.rows.map((row) => h('tr', {}, h('td', {}, row.row), h('td', {}, row.called), h('td', {}, row.state), h('td', {}, row.why.join('; '), row.state === 'cannot be made' && facts.state === 'proofed' ? editor(row.row, 'Put it right') : ''))))));
   }
   function shown(facts) {
     const before = JSON.stringify(batch?.proof) !== JSON.stringify(facts.proof) || !proofs.childElementCount;
@@ -151,7 +173,7 @@ export async function kept(main, name, titles) {
     title.textContent = { new: 'Here comes a proof', proofed: 'Does every letter look right?', approved: 'Approved: now it can be made', 'broken off': 'It stopped on the way', done: 'Done' }[batch.state];
     const what = [batch.letters && 'letters', batch.envelopes && 'envelopes'].filter(Boolean).join(' and ');
     summary.textContent = `${batch.title}: ${batch.left_out.length ? `${batch.count - batch.left_out.length} of ` : ''}${batch.count} ${batch.count === 1 ? 'row' : 'rows'}, ${what}, for ${batch.printer || TO[batch.to]}${batch.state === 'broken off' && batch.ended ? `; ${batch.ended}` : ''}.`;
-    if (lost()) summary.textContent += ` ${lost()} ${lost() === 1 ? 'row' : 'rows'} cannot be made, as is said below: change the table, or make it without them.`;
+    if (lost()) summary.textContent += ` ${lost()} ${lost() === 1 ? 'row' : 'rows'} cannot be made, as is said below: ${['new', 'proofed'].includes(batch.state) ? 'put right what is wrong, or make it without them' : 'it is made without them'}.`;
     if (batch.rehearsed) summary.textContent += ' The simulated plotter drew it: nothing is on paper yet.';
     if (batch.test && batch.state === 'done') summary.textContent += ' It was a test: nothing was sent.';
     if (batch.webhook?.why) summary.textContent += ` The program that waits for it was not told: ${batch.webhook.why}`;

@@ -5,7 +5,7 @@ import { kept as made } from './kept_table.js';
 import { choice, field, grouped, h, machine, named, picker, steps, tick } from './dom.js';
 import * as drafts from './drafts.js';
 
-const TAKEN = '.csv,.tsv,.txt,.xlsx';
+const TAKEN = '.csv,.tsv,.txt,.xlsx,.vcf';
 const TO = { pdf: 'a PDF file', printer: 'a printer', plotter: 'a plotter, with a pen' };
 const STATES = { new: 'no proof yet', proofed: 'waits for your approval', approved: 'approved, not made', 'broken off': 'stopped on the way', done: 'done' };
 const STEPS = ['Table', 'Letter', 'Paper', 'Proof', 'Make'];
@@ -102,7 +102,7 @@ export async function show(main, shared, [name]) {
     }).catch(() => {});
     const [onceLabel, once] = tick('Write only one letter to rows that are the same', { checked: Boolean(draft.once), onchange: refused(async () => { keep({ once: once.checked }); await look(); draw(); }) });
     return [h('h1', {}, 'Who gets a letter?'),
-      picker(known ? 'Another table' : 'The table', 'Drop it here: CSV or Excel, a row for each letter, the names of the columns on top.', { accept: TAKEN }, given),
+      picker(known ? 'Another table' : 'The table', 'Drop it here: CSV or Excel, a row for each letter, the names of the columns on top; or contacts of a phone (vCard).', { accept: TAKEN }, given),
       known ? '' : h('div', { class: 'row' }, act('Try it with a sample', sample), h('a', { class: 'button', href: 'sample.csv', download: 'sample.csv' }, 'Save the sample table')),
       refusal, unkept,
       known ? [h('h2', {}, draft.name), chips(), rowsTable(), onceLabel, onward('Next: the letter', 1)] : '', before];
@@ -174,6 +174,7 @@ export async function show(main, shared, [name]) {
       const drawn = shared.choices.hands.find((each) => each.name === draft.hand)?.drawn;
       const wanted = { text: filled, letter: Boolean(draft.markdown), hand: draft.hand, page: draft.page, fallback: true, seed: row, ...(drawn ? { format: 'svg' } : { format: 'png', dpi: SCREEN_DPI }) };
       side.classList.add('coming');
+      if (!side.firstChild) side.append(h('span', { class: 'skeleton' }));
       const done = drawn ? await request('POST', '/api/write', wanted, own.signal) : await task('/api/write', wanted, () => {}, own.signal);
       if (drawn) {
         const source = await fetched(fileOf(done), own.signal);
