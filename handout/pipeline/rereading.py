@@ -74,7 +74,7 @@ _OF_TWO = 0.66, 2.44, 0.53  # right, misspelt and spread of what surprises two r
 _MADE = 100  # words that are written to know what surprise means in a hand; half a second
 _TAKEN_FOR = 5  # other letters that are the likeliest in a letter's place: what is misspelt looks much like it
 _TAIL = 0.16  # of a normal distribution lies so far out that it is a standard deviation off, on either side
-VERSION = 4  # of what is kept of a hand; tests/hand/test_house_scanned.py says when to raise it
+VERSION = 5  # of what is kept of a hand; tests/hand/test_house_scanned.py says when to raise it
 
 
 @dataclass(frozen=True, eq=False)
