@@ -42,10 +42,10 @@ from handout.printing.queue import Outcome, SimulatedQueue, Ticket
 from handout.printing.rows import TableRow
 from handout.printing.several import Several
 from handout.profiles import Printer
-from handout.simulated.plotter import NetworkedPlotter
 from handout.simulated.plotter.options import SimulatorOptions as Simulated
 from handout.values import Drawing, Page, Raster, Stroke
 from handout_lab.ink_comparison import SLACK, compare
+from handout_lab.simulated import NetworkedPlotter
 
 MACHINES = (EVERY[0], EVERY[5], EVERY[8], *KLIPPER[:3], *NETWORK, *NEWEST)  # first a GRBL, a Marlin and an EBB
 PRINTERS = 2
