@@ -190,6 +190,17 @@ def test_the_head_of_a_letter_says_its_language_and_a_row_its_own(call):
     assert "2 март 2026" in said["head"][1] and "2 март 2026" in said["asked"][1]
 
 
+@pytest.mark.parametrize(("letter", "head"), [("letter.txt", ""), ("letter.md", '---\nmargin = "20mm"\n---\n')])
+def test_letters_are_written_as_in_the_language_of_their_row(call, letter, head):
+    Path(letter).write_text(f"{head}бити\n", encoding="utf-8")
+    Path("rows.csv").write_text("name,language\nAda,ru\nBen,ru\nCy,sr\n", encoding="utf-8")
+    command = ("print", "rows.csv", "--letter", letter, "--hand", "house-print", "--variation", 0, "--seed", 1)
+    call(*command, "--columns", "language=language", "--dry-run", "out.svg")
+    texts = [path.read_text(encoding="utf-8") for path in sorted(Path().glob("out-*.svg"))]
+    russian, other, serbian = ([len(way.split()) for way in re.findall(r' d="([^"]*)"', text)] for text in texts)
+    assert russian == other != serbian
+
+
 @pytest.mark.parametrize(
     ("body", "words"),
     [

@@ -58,7 +58,7 @@ WORKED_OUT = {
     "manner 6": (3118, 1079.8414845, -6.1896802),
     "misread 2": (291, 0.0, 0.0),
     "inks 1": (293, 3560338.0, 1923659.8301),
-    "strokes by house-joined, house-quick, house-print 3": (2747, 2315.9004728, 889.9803318),
+    "strokes by house-joined, house-quick, house-print 4": (2754, 2319.7426581, 342.5051267),
 }
 
 
