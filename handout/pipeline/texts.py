@@ -242,8 +242,6 @@ class TextDocument:
     def draw(self, wanted: frozenset[str] = INK, row: int | None = None, tell: Tell = silent) -> Pages:
         """The pages of the text.
 
-        Parameters
-        ----------
         wanted : of a scanned hand, its `INK` or its `STROKES` or both.
         row : of a batch, each of which varies in its own way.
         """
