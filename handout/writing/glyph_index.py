@@ -30,7 +30,7 @@ from functools import cached_property, lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from handout.hand.author_reader import misread
+from handout.hand.author_reader import find_odd_rarities
 from handout.hand.measures import body_sizes
 from handout.hand.places import PLACES, Place, places
 from handout.hand.scanned import NOBODY, ScannedHand
@@ -121,7 +121,7 @@ def doubt(hand: ScannedHand) -> Array:
     That a person confirmed a glyph takes nothing from it.
     """
     own = np.arange(len(hand.glyphs)) < hand.own_count
-    odd = misread(hand.author or hand)
+    odd = find_odd_rarities(hand.author or hand)
     cost = WEIGHTS.doubtful * (1 - vet(hand).plainness)
     cost[own] += WEIGHTS.lent * odd[: hand.own_count]
     return readonly(cost, len(hand.glyphs))

@@ -58,7 +58,7 @@ WORKED_OUT = {
     "manner 4": (3118, 1079.9970223, -24.5202207),
     "misread 2": (291, 0.0, 0.0),
     "inks 1": (293, 3560338.0, 1923659.8301),
-    "strokes by house-joined, house-quick, house-print 2": (2747, 2315.9034954, 890.0809524),
+    "strokes by house-joined, house-quick, house-print 3": (2754, 2319.7456757, 343.5477796),
 }
 
 
