@@ -17,7 +17,6 @@ from pathlib import Path, PurePath
 from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
 
 from handout.errors import DeviceError, InputError
-from handout.writing.text import LEFT_OUT
 
 if TYPE_CHECKING:
     from handout.values import Drawing, Manuscript
@@ -170,6 +169,8 @@ class Tally:
     @property
     def lent_letters(self) -> dict[tuple[str, str], int]:
         """How often each letter that is not the author's was written: (letter, what it was made of) → count."""
+        from handout.writing.text import LEFT_OUT  # where packages are lacking, that is still said
+
         return self._count(itemgetter("letter", "from"), lambda one: not one["own"] and one["from"] != LEFT_OUT)
 
     @property
@@ -180,6 +181,8 @@ class Tally:
     @property
     def left_out(self) -> dict[str, int]:
         """How often each character was left out, since the hand has no form for it."""
+        from handout.writing.text import LEFT_OUT
+
         return self._count(itemgetter("letter"), lambda one: not one["own"] and one["from"] == LEFT_OUT)
 
     def _count(self, name: Callable[[Any], Any], wanted: Callable[[Mapping[str, Any]], bool]) -> dict[Any, int]:
