@@ -28,9 +28,8 @@ from benchmarks import scale
 from benchmarks.faults import KLIPPER, NETWORK, NEWEST, OVERLAP, Crash, Desk, Machine, Somebody, journals, profile_of
 from benchmarks.faults import MACHINES as EVERY
 from handout.merging.sheets import Grid
-from handout.pipeline.plot_request import AttendanceOptions
 from handout.pipeline.plot_rows import PlotSpool, PlotterQueue
-from handout.pipeline.plotting import AtPlotter, ReportFile
+from handout.pipeline.plotting import AtPlotter
 from handout.pipeline.results import Attendant
 from handout.plotting import bed
 from handout.plotting.jobs import runner, store
@@ -43,10 +42,10 @@ from handout.printing.queue import Outcome, SimulatedQueue, Ticket
 from handout.printing.rows import TableRow
 from handout.printing.several import Several
 from handout.profiles import Printer
-from handout.simulated.plotter import NetworkedPlotter
 from handout.simulated.plotter.options import SimulatorOptions as Simulated
 from handout.values import Drawing, Page, Raster, Stroke
 from handout_lab.ink_comparison import SLACK, compare
+from handout_lab.simulated import NetworkedPlotter
 
 MACHINES = (EVERY[0], EVERY[5], EVERY[8], *KLIPPER[:3], *NETWORK, *NEWEST)  # first a GRBL, a Marlin and an EBB
 PRINTERS = 2
@@ -265,7 +264,7 @@ def plotted(machines: Sequence[int], count: int, kills: int, seed: int) -> Batch
 
 def _queue(desk: CountingDesk, number: int) -> DeskQueue:
     person = AtPlotter(Attendant(), "sim:", f"desk {number}")
-    queue = DeskQueue(desk.profile, person, JobOptions(overlap=OVERLAP), AttendanceOptions(), ReportFile(None))
+    queue = DeskQueue(desk.profile, person, options=JobOptions(overlap=OVERLAP))
     queue.desk = desk
     return queue
 

@@ -10,8 +10,8 @@ from handout import profiles
 from handout.plotting import observation, open_port, plan, run
 from handout.plotting.dialects import Timed
 from handout.profiles import Acceleration, Plotter
-from handout.simulated.plotter import SimulatedPlotter
 from handout.values import Array, Drawing
+from handout_lab.simulated import FaultyPlotter
 
 # how motion is told, the firmware that is told so, slices a second
 WAYS = (
@@ -49,7 +49,7 @@ def machine(acceleration: float, rate: float) -> Plotter:
 def _line(drawing: Drawing, profile: Plotter, firmware: str) -> str:
     made = plan(drawing, profile)
     port = open_port(f"sim:?firmware={firmware}", profile)
-    assert isinstance(port, SimulatedPlotter)
+    assert isinstance(port, FaultyPlotter)
     report = run(made, port, profile)
     executed = port.executed_drawing()
     found, (rms, correlation) = observation.compare_strokes(drawing, executed), in_time(drawing, executed)

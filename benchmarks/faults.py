@@ -55,12 +55,12 @@ from handout.plotting.jobs import runner, store
 from handout.plotting.jobs.store import JobOptions as JobOptions
 from handout.plotting.planning.hooking import without_pots
 from handout.profiles import Hooks, Length, Plotter
-from handout.simulated.plotter import NetworkedPlotter, SimulatedPlotter
-from handout.simulated.plotter.options import ANSWER_FAULTS, BYTE_FAULTS, Faults
 from handout.simulated.plotter.options import SimulatorOptions as Simulated
 from handout.simulated.plotter.port import Clock
 from handout.values import Drawing
 from handout_lab.ink_comparison import SLACK, InkComparison, compare
+from handout_lab.simulated import FaultyPlotter, NetworkedPlotter
+from handout_lab.simulated.faults import ANSWER_FAULTS, BYTE_FAULTS, Faults
 
 OVERLAP = 10.0  # mm
 _TRIES = 12  # times that a person goes on with a job
@@ -184,7 +184,7 @@ class Crashable(Protocol):
     crashed: bool
 
 
-class Desk(SimulatedPlotter):
+class Desk(FaultyPlotter):
     """A simulated plotter on a desk, with somebody at the keyboard who interrupts.
 
     calls : reads and writes so far; interrupts : at which of them Ctrl-C is pressed; crash : at which the computer
@@ -240,7 +240,7 @@ def desk(machine: Machine, options: Simulated) -> Desk:
 class Somebody:
     """Does what is asked, and does not try again without looking."""
 
-    def __init__(self, plotter: SimulatedPlotter) -> None:
+    def __init__(self, plotter: FaultyPlotter) -> None:
         self.plotter, self.asked = plotter, 0
 
     def do(self, request: str) -> None:

@@ -28,9 +28,9 @@ from handout.plotting import Plan, observation, plan, run
 from handout.plotting.bed import BedPlacement
 from handout.plotting.dialects import dialect
 from handout.profiles import Plotter
-from handout.simulated.plotter import SimulatedPlotter
 from handout.simulated.plotter.paper import strokes
 from handout.values import Drawing, Page
+from handout_lab.simulated import FaultyPlotter
 
 DEVICES = ("klipper-servo", "klipper-z")
 HANDS = ("house-print", "house-joined")
@@ -181,7 +181,7 @@ def main() -> None:
             made = plan(written(hand, TEXT), profile)
             with tempfile.TemporaryDirectory() as name:
                 real = executed(made, Path(name))
-            port = SimulatedPlotter(profile)
+            port = FaultyPlotter(profile)
             run(made, port, profile)
             print(f"  {device:<14} {hand:<13} {len(real.strokes)} strokes")
             for title, other in (("plan", made.predicted_drawing()), ("simulated", port.executed_drawing())):

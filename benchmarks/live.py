@@ -31,10 +31,10 @@ from handout.plotting.jobs import runner, store
 from handout.plotting.jobs.store import JobOptions as JobOptions
 from handout.plotting.ports import Port
 from handout.profiles import Plotter
-from handout.simulated.plotter import SimulatedPlotter
 from handout.simulated.plotter.options import SimulatorOptions
-from handout.simulated.plotter.surroundings import busy_processor, slow_disk
 from handout.values import Drawing
+from handout_lab.simulated import FaultyPlotter
+from handout_lab.simulated.faults import busy_processor, slow_disk
 
 REST = 0.02  # s
 SENTENCE = plot.TEXT.partition(". ")[0] + "."
@@ -101,7 +101,7 @@ def raise_priority() -> bool:
 
 def live(drawing: Drawing, profile: Plotter, options: SimulatorOptions) -> Live:
     """Plot a drawing as a job."""
-    port, said, reports = SimulatedPlotter(profile, options), list[str](), list[PlotReport]()
+    port, said, reports = FaultyPlotter(profile, options), list[str](), list[PlotReport]()
 
     def plotted(report: PlotReport, port: Port) -> None:
         reports.append(report)

@@ -29,6 +29,10 @@ without and .70 with it, of 50 German ones .50 and .48; the reader of pen paths 
 csafe w0180 without, and .32 with it.  It misreads .65 of the letters of joined German words on their *true* paths, and
 .71 on recovered ones: what joined hands read like says little of the order.
 
+That the pen may go back at the end of a letter over a line whose ink tells nothing, and that 32 ways of a letter are
+compared for 16, was chosen on 165 words of one English writer (.67 all right before, .72 after); of 302 words of the
+two others .715 are all right before and .735 after, of 161 German ones .42 and .42.
+
 Other costs do not help: of 42 words of two writers .31 are in order, and .33 for the best of fourteen whole words
 each, traced with lifts, turns and retracing made dearer or cheaper and without forms.  What goes wrong there, by eye:
 upstrokes that the stroke down hides (e, w, P, R), lifts where letters touch, stems retraced where the pen began anew,

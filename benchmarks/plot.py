@@ -23,9 +23,9 @@ from handout.plotting.planning import lookahead
 from handout.plotting.planning.plan import Order
 from handout.plotting.planning.toolpath import DRAW, machine_of, start_times
 from handout.profiles import Acceleration, Length, Plotter, Speed
-from handout.simulated.plotter import SimulatedPlotter
 from handout.simulated.plotter.options import SimulatorOptions
 from handout.values import Drawing, Page, Stroke
+from handout_lab.simulated import FaultyPlotter
 
 TEXT = (
     "The handwriting on the wall may be a forgery, and nobody reads it twice. Every morning she wrote a page before "
@@ -87,7 +87,7 @@ def with_mean_feeds(made: Plan) -> Plan:
 
 def execute(made: Plan, latency: float = 0.001, overlap: float = OVERLAP) -> tuple[observation.Fidelity, PlotReport]:
     """What the simulated plotter makes of a plan."""
-    port = SimulatedPlotter(made.profile, SimulatorOptions(latency=latency))
+    port = FaultyPlotter(made.profile, SimulatorOptions(latency=latency))
     report = run(made, port, made.profile, overlap=overlap)
     return observation.compare_strokes(made.intended_drawing(), port.executed_drawing()), report
 

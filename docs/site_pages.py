@@ -97,7 +97,7 @@ def anchor(words: str) -> str:
 
 def verb_page(name: str, verb: click.Command) -> str:
     """Usage, worked examples, and every option of a verb and of those below it."""
-    from handout.cli.commands import OWN, group_options
+    from handout.cli.options import OWN, group_options
 
     parts = [f"# handout {name}", said(verb.help or "")]
     shown = worked().get(name, "")

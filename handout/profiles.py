@@ -218,6 +218,11 @@ class Plotter(Table, frozen=True):
     notes: str = ""
     name: str = ""
 
+    @property
+    def can_press(self) -> bool:
+        """Whether the pen can be pressed more and less while it draws: on a Z axis, or by the servo of an EBB."""
+        return self.pen.lift == "z" or self.dialect == "ebb"
+
 
 class Margins(Table, frozen=True):
     """What the printer cannot print on, from each edge of the sheet as it is fed."""

@@ -95,6 +95,7 @@ MAY = {
     "lab.ipp": {"printing"},
     "lab.reading": {"reading"},
     "lab.score": {"scanning", "motion"},
+    "lab.simulated": {"plotting", "simulated"},
     "lab.study": {"hand", "prompting", "simulated"},
     "lab.training": {
         "hand", "inking", "motion", "prompting", "reading", "scanning", "sources", "tagging", "writing", "lab.author",

@@ -63,7 +63,9 @@ def command(
     if (mode.port is None) == (not mode.output):
         raise InputError("Where to? Give -o filled.pdf, or --port /dev/ttyUSB0 (or COM3, or sim:).")
     if mode.port is not None:
-        _plot(form, answers, mode, filling, writing, console)
+        console.yes = mode.yes
+        plotted = pipeline.plot_forms(form, answers, mode.port, filling, writing, attendant=console)
+        console.report(plotted, sentences.tell_plotted(plotted))
         return
     with console.working():
         result = pipeline.fill(form, answers, mode.output, filling, writing, picture, listener=console)
@@ -73,19 +75,3 @@ def command(
         f"Filled in {count} ({sentences.names(result.files)}); {sentences.writing_time(result.tally)}seed "
         f"{result.seed}.{sentences.tell_letters(result.tally)}",
     )
-
-
-def _plot(
-    form: Path, answers: Path, mode: _FillMode, filling: FillOptions, writing: WritingOptions, console: Console
-) -> None:
-    """--port."""
-    from handout.pipeline.filling import plot_forms
-
-    assert mode.port is not None
-    console.yes = mode.yes
-    result = plot_forms(form, answers, mode.port, filling, writing, attendant=console)
-    sentence = (
-        f"Plotted {units.count(result.sheets, 'sheet')} in {units.duration(result.executed_s)}; seed {result.seed}."
-        f"{sentences.tell_letters(result.tally)}"
-    )
-    console.report(result, f"{sentence}\n{result.fidelity}".strip())

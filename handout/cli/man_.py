@@ -13,8 +13,7 @@ from pathlib import Path
 import click
 
 from handout import __version__, atomic
-from handout.cli.commands import group_options, records
-from handout.cli.options import verb
+from handout.cli.options import group_options, records, verb
 from handout.errors import InputError
 from handout.pipeline.declarations import OWN, argument, output
 

@@ -124,10 +124,7 @@ def command(
     check_outputs(mode.dry_run)
     source = read_source(text, mode.file, console, given_names(), svg_text=drawing.svg_text)
     request = replace(request, source=source)
-    if mode.dry_run:
-        _preview(request, mode, console)
-    else:
-        _plot(request, mode, console)
+    (_preview if mode.dry_run else _plot)(request, mode, console)
     return None
 
 
@@ -189,11 +186,7 @@ def _plot(request: PlotRequest, mode: _PlotMode, console: Console) -> None:
 
     assert mode.port is not None
     result = plot(request, mode.port, mode.attendance, attendant=console)
-    sentence = (
-        f"Plotted {units.count(result.sheets, 'sheet')} in {units.duration(result.executed_s)}; seed {result.seed}."
-        f"{sentences.tell_letters(result.tally)}"
-    )
-    console.report(result, f"{sentence}\n{result.fidelity}".strip())
+    console.report(result, sentences.tell_plotted(result))
 
 
 def _preview(request: PlotRequest, mode: _PlotMode, console: Console) -> None:

@@ -4,9 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from textwrap import shorten
+from typing import TYPE_CHECKING
 
 from handout import units
 from handout.pipeline.results import Tally
+
+if TYPE_CHECKING:
+    from handout.pipeline.plotting import Plotted
 
 _MOST_NAMED = 12  # words that a sentence lists
 _LONGEST_TEX = 60  # characters of a formula that is named
@@ -20,6 +24,12 @@ def names(files: Iterable[object]) -> str:
 def writing_time(tally: Tally) -> str:
     """How long the writing would take by hand; "" where strokes are not known."""
     return f"{units.duration(tally.duration)} of writing; " if tally.strokes else ""
+
+
+def tell_plotted(result: Plotted) -> str:
+    """What was plotted, how long it took, what is to be said of its letters, and how faithful it was."""
+    took = f"{units.count(result.sheets, 'sheet')} in {units.duration(result.executed_s)}"
+    return f"Plotted {took}; seed {result.seed}.{tell_letters(result.tally)}\n{result.fidelity}".strip()
 
 
 def tell_letters(tally: Tally) -> str:

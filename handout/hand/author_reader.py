@@ -191,7 +191,7 @@ def strangeness(hand: ScannedHand) -> Array:
     return strange - usual_surprise(strange, letters, alone)
 
 
-def misread(hand: ScannedHand) -> NDArray[np.bool_]:
+def find_odd_rarities(hand: ScannedHand) -> NDArray[np.bool_]:
     """(n,): glyphs of rare small letters that read as something else to whoever does not know the author."""
     return np.asarray(learnt(hand, "misread", VERSION, len(hand.glyphs), lambda: _read_rare(hand)) > 0)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 
 from handout.merging.template import LetterTemplate
@@ -108,7 +108,7 @@ class Fields:
         """How a row is made by its own columns."""
         named = zip(self.columns, cell_names(self.columns), strict=True)
         said = {column.role: row.cells.get(name, "") for column, name in named if column.role in SETTINGS}
-        return RowManner(**{name: said.get(name, "") for name in ("text", "hand", "pen", "language")})
+        return RowManner(**{each.name: said.get(each.name, "") for each in fields(RowManner)})
 
     def says(self, setting: str) -> bool:
         """Whether a column says that of every row."""

@@ -47,7 +47,7 @@ class Declaration:
     off : the name that turns a switch off; usual : the field that says what is taken where nothing is given.
     sent : the type (for msgspec) of the field in bodies of the API; None: it is none of the API; sent_as : its name
         there, if it is not the field's.
-    of_strokes : whether it decides about the strokes of a text, so that a plot keeps it.
+    of_strokes : whether it decides about the strokes of a text, so that a plot keeps it under its name.
     of_batch : whether it changes something on paper, so that a batch with another value is another batch.
     """
 
@@ -68,7 +68,7 @@ class Declaration:
     usual: str = ""
     sent: Any = None
     sent_as: str = ""
-    of_strokes: bool = False
+    of_strokes: bool = True
     of_batch: bool = True
 
 

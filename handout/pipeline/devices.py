@@ -44,8 +44,6 @@ def probe(port: str = "auto", device: str | None = None, listener: Listener = SI
     title : what the firmware is called, if it is known; profiles : the one that it has, or the two that it could have,
         the likeliest first; others : of its kind, less likely; why : what decided, "" if nothing did.
 
-    Parameters
-    ----------
     device : its profile; None: all dialects are tried, and its limits are not asked for.
 
     Raises DeviceSilent: nobody answers in a language that is known.

@@ -173,8 +173,6 @@ def draw_plans(
 
     Targets alone are moved through in a style, the usual one if none is asked for; plans only if one is.
 
-    Parameters
-    ----------
     copies : draw them so many times on one sheet, each a little different: plans as those are from which styles are
         learned, in their targets, overlaps and bends; targets alone by chance of their style.  None: once, as they are.
 

@@ -73,8 +73,6 @@ def fill(
 ) -> Delivery:
     """Fill in a form for every row of a table, and write files.
 
-    Parameters
-    ----------
     table : .csv or .xlsx: a row a form, whose columns are called like its fields; or the columns "field" and "value".
     outputs : .pdf is the form with the writing on it, .png its picture; others have the writing alone.
 

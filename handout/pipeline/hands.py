@@ -73,8 +73,6 @@ def read(
 ) -> ReadHand:
     """Read a hand from scanned pages, or from recordings of a pen, and what is written on them.
 
-    Parameters
-    ----------
     name : of the hand.
     scans : pictures of pages: PNG, JPEG, TIFF, PDF; of several pages all, or FILE:2, or FILE:2-4.
     texts : text files with what is on the pages, line by line, in the same order; prompt sheets need none.

@@ -76,8 +76,6 @@ def _digest(hand: Path, pose: str | None = None, style: str | None = None, prime
 def make_pages(document: Document, profile: Plotter, fit: bool, shares: Sequence[float] = ()) -> Iterator[NewPage]:
     """The pages of a document behind those that are kept; of a text each is made when it is asked for.
 
-    Parameters
-    ----------
     fit : shrink what is larger than the machine's bed.
     shares : of the pages that are kept, the shares of the text that they end with.
 

@@ -64,8 +64,6 @@ def check_hand(
 ) -> CheckedHand:
     """What a scanned hand holds and what of it is doubtful, with a picture of its pages where one is asked for.
 
-    Parameters
-    ----------
     output : a PNG file; several pages are numbered.
     text : one that is to be written, of which it is told how it comes by letters that are missing.
     sheet : a PNG file for the letters that may read badly in what is written, the most harmful first, at most so many
@@ -179,8 +177,6 @@ def edit_hand(
 ) -> Delivery:
     """Make corrections to a scanned hand, after those that it has already, and align their pages anew.
 
-    Parameters
-    ----------
     corrections : a JSON file; or a .hand file, whose corrections are made to this one, of the same pages read anew.
     learning : False: only what the corrections say is done.
 
@@ -429,8 +425,6 @@ def show_hand(
 ) -> Delivery:
     """A specimen sheet of a drawn hand at three times its size; or the letters of a scanned hand side by side.
 
-    Parameters
-    ----------
     text : of a scanned hand: show which of its letters would write this, and why.
     """
     if name.endswith(file.SUFFIX) or name in library.scanned_files():

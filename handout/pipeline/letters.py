@@ -120,8 +120,6 @@ def prepare_letter(
 ) -> LetterDocument:
     """Check a letter's head and the options, and load its hands.
 
-    Parameters
-    ----------
     given : the options by their names that are wanted whatever the head says; None: those that are not as usual.
 
     Raises InputError: an option is wrong, or a hand is missing.

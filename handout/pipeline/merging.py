@@ -187,8 +187,6 @@ def journal_of(pages: RowPages, table: TableOptions, more: Mapping[str, object],
 
     A hand that has neither name nor file leaves no journal: the next run could not tell whether it is the same.
 
-    Parameters
-    ----------
     table : every option of the device; more : further ones, by their names.
 
     Raises InputError: the batch cannot be begun, or gone on with.
@@ -306,7 +304,7 @@ class RowPages:
     seed: int = 0
     draws: bool = True
     account: RowAccount = field(default_factory=RowAccount)
-    _tasks: dict[tuple[bool, str, str, str], WritingTask] = field(default_factory=dict)
+    _tasks: dict[tuple[bool, RowManner], WritingTask] = field(default_factory=dict)
     _calibrations: dict[str, Calibrate | None] = field(default_factory=dict)
 
     def __getstate__(self) -> dict[str, Any]:
@@ -375,11 +373,9 @@ class RowPages:
 
     def task(self, of_letter: bool, manner: RowManner) -> WritingTask:
         """How a row's letter or envelope is written."""
-        key = of_letter, manner.hand, manner.pen, manner.language
+        key = of_letter, replace(manner, text="")
         if key not in self._tasks:
-            language = manner.language or self.writing.language
-            options = replace(self.writing, hand=manner.hand or self.writing.hand, language=language)
-            picture = replace(self.picture, pen=manner.pen or self.picture.pen)
+            options, picture = self.options_of(manner)
             if of_letter:
                 task = prepare(options, self.sheet, picture)
             else:
@@ -387,6 +383,12 @@ class RowPages:
                 task = prepare(replace(options, slips=0.0), edge, replace(picture, paper="none"))
             self._tasks[key] = task
         return self._tasks[key]
+
+    def options_of(self, manner: RowManner) -> tuple[WritingOptions, PictureOptions]:
+        """How a row is written and looks, by its own columns where these say so."""
+        hand, language = manner.hand or self.writing.hand, manner.language or self.writing.language
+        writing = replace(self.writing, hand=hand, language=language)
+        return writing, replace(self.picture, pen=manner.pen or self.picture.pen)
 
     def text(self, row: TableRow, manner: RowManner) -> str:
         """The letter of a row."""
@@ -431,10 +433,11 @@ class RowPages:
         folder = path.parent / SENT_PICTURES if alone else path.parent
         letter = letter_files.load(f"{self.merge.head}{text}", path.name, folder, alone=alone)
         self.account.dropped |= dict.fromkeys(letter.dropped)
-        options = replace(self.writing, hand=manner.hand or self.writing.hand, seed=self.seed)
-        picture = replace(self.picture, pen=manner.pen or self.picture.pen)
+        options, picture = self.options_of(manner)
         own = {name for name in ("hand", "pen") if getattr(manner, name)}
-        return prepare_letter(letter, options, self.sheet, picture, None if given is None else given | own)
+        return prepare_letter(
+            letter, replace(options, seed=self.seed), self.sheet, picture, None if given is None else given | own
+        )
 
     def _envelope(self, row: TableRow, manner: RowManner) -> list[BatchPage]:
         _check_address(row)

@@ -94,29 +94,26 @@ class WritingOptions:
     """
 
     hand: str | Hand | ScannedHand = shared(
-        "house-joined", "A built-in hand, your own, or a .hand or .toml file or .svg font.", HAND, sent=Name
+        "house-joined",
+        "A built-in hand, your own, or a .hand or .toml file or .svg font.",
+        HAND,
+        sent=Name,
+        of_strokes=False,
     )
-    seed: int | None = shared(None, "Same seed, same writing; without it every run differs.", HAND, sent=Seed | None)
+    seed: int | None = shared(
+        None, "Same seed, same writing; without it every run differs.", HAND, sent=Seed | None, of_strokes=False
+    )
     x_height: Length | None = shared(
-        None,
-        "Height of a small letter; default: 2.5mm, or a scanned hand's own.",
-        PAGE,
-        sent=SentLength | None,
-        of_strokes=True,
+        None, "Height of a small letter; default: 2.5mm, or a scanned hand's own.", PAGE, sent=SentLength | None
     )
     line_spacing: Length | None = shared(
-        None, "Distance of lines, e.g. 9mm; default: the hand's own.", PAGE, sent=SentLength | None, of_strokes=True
+        None, "Distance of lines, e.g. 9mm; default: the hand's own.", PAGE, sent=SentLength | None
     )
     align: Align = shared(
-        "ragged",
-        "Of lines; ragged begins them on the left, not quite straight.",
-        PAGE,
-        choices=ALIGNMENTS,
-        sent=Align,
-        of_strokes=True,
+        "ragged", "Of lines; ragged begins them on the left, not quite straight.", PAGE, choices=ALIGNMENTS, sent=Align
     )
-    kinematics: str = shared("optimal-control", "How the strokes move.", HAND, choices=ENGINES, of_strokes=True)
-    speed: str | float = shared("human", "human, fast, or a factor such as 1.5.", HAND, of_strokes=True)
+    kinematics: str = shared("optimal-control", "How the strokes move.", HAND, choices=ENGINES)
+    speed: str | float = shared("human", "human, fast, or a factor such as 1.5.", HAND)
     jitter: float = shared(
         1.0,
         "1 as people vary, 0 none.",
@@ -124,33 +121,24 @@ class WritingOptions:
         flags=("--variation", "--jitter"),
         sent=Annotated[float, Meta(ge=0, le=3)],
         sent_as="variation",
-        of_strokes=True,
     )
-    haste: float = shared(
-        0.0, "-1 careful, 0 as drawn, 1 hurried.", HAND, sent=Annotated[float, Meta(ge=-1, le=1)], of_strokes=True
-    )
+    haste: float = shared(0.0, "-1 careful, 0 as drawn, 1 hurried.", HAND, sent=Annotated[float, Meta(ge=-1, le=1)])
     legible: float = shared(
         0.0,
         "0 as the author of a scanned hand writes, 1 (or no number) as legible as his letters can be.",
         HAND,
         alone="1",
         sent=Annotated[float, Meta(ge=0, le=1)],
-        of_strokes=True,
     )
     language: str = shared(
         "en",
         "Of dates in letters (de, fr, en-GB …), and of letters that it writes its own way (bg, sr).",
         HAND,
         sent=Annotated[str, Meta(pattern=r"^[A-Za-z_-]{1,20}(?!\n)$")],
-        of_strokes=True,
     )
-    fit: bool = shared(False, "Shrink what does not fit instead of refusing it.", PAGE, sent=bool, of_strokes=True)
+    fit: bool = shared(False, "Shrink what does not fit instead of refusing it.", PAGE, sent=bool)
     fallback: bool = shared(
-        False,
-        "Take similar forms for characters that the hand lacks, leave out emoji.",
-        HAND,
-        sent=bool,
-        of_strokes=True,
+        False, "Take similar forms for characters that the hand lacks, leave out emoji.", HAND, sent=bool
     )
     slips: float = shared(
         0.0,
@@ -160,21 +148,23 @@ class WritingOptions:
         metavar="[RATE]",
         alone="usual",
         sent=Annotated[float, Meta(ge=0, le=100)],
-        of_strokes=True,
     )
-    strict: bool = shared(False, "Refuse a text of which a word, as written, reads as another.", HAND, sent=bool)
-    pose: str | None = shared(None, _POSE, STYLE)
-    pose_method: str = shared(POSE_METHODS[0], _METHOD, STYLE, choices=POSE_METHODS, of_strokes=True)
-    style: str | None = shared(None, f"Move through what is written in a handstyle: {_STYLES}", STYLE, sent=Name | None)
-    prime: str | None = shared(None, _PRIME, STYLE)
-    temperature: float | None = shared(None, _TEMPERATURE, STYLE, of_strokes=True)
+    strict: bool = shared(
+        False, "Refuse a text of which a word, as written, reads as another.", HAND, sent=bool, of_strokes=False
+    )
+    pose: str | None = shared(None, _POSE, STYLE, of_strokes=False)
+    pose_method: str = shared(POSE_METHODS[0], _METHOD, STYLE, choices=POSE_METHODS)
+    style: str | None = shared(
+        None, f"Move through what is written in a handstyle: {_STYLES}", STYLE, sent=Name | None, of_strokes=False
+    )
+    prime: str | None = shared(None, _PRIME, STYLE, of_strokes=False)
+    temperature: float | None = shared(None, _TEMPERATURE, STYLE)
     rewritten: tuple[tuple[int, int], ...] = option(
         (),
         sent=Annotated[
             tuple[tuple[Annotated[int, Meta(ge=0, le=100_000)], Annotated[int, Meta(ge=1, le=100)]], ...],
             Meta(max_length=1000),
         ],
-        of_strokes=True,
     )
 
 

@@ -11,10 +11,9 @@ import gzip
 import itertools
 import threading
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import Self
 
 import numpy as np
 
@@ -26,24 +25,23 @@ from handout.pipeline.options import MergeOptions, TableOptions, seed_of
 from handout.pipeline.plot_request import AttendanceOptions, PartOptions, PlotOptions, PlotRequest
 from handout.pipeline.plotting import (
     AtPlotter,
+    AttendedPlotter,
     Drawn,
     ReportFile,
     asked_machine,
-    draw_job,
     is_simulated,
     job_options,
-    port_to,
     shown_pages,
 )
 from handout.pipeline.printing import BatchDelivery, make_all, rows_told
 from handout.pipeline.results import SILENT, Attendant
 from handout.pipeline.texts import STROKES
 from handout.plotting import bed
-from handout.plotting.driver import PlotReport, connect
+from handout.plotting.dialects import dialect
+from handout.plotting.driver import connect
 from handout.plotting.jobs import store
 from handout.plotting.jobs.store import JobOptions
 from handout.plotting.planning.plan import Plan
-from handout.plotting.ports import Port
 from handout.printing.journal import BACK, ENVELOPE, Piece
 from handout.printing.prepared import NOTHING, BatchPage, Destination, PreparedPage
 from handout.printing.queue import Outcome
@@ -57,7 +55,6 @@ from handout.sources.drawing_json import from_json
 from handout.values import Drawing, Page
 
 _PENS = "--columns pen=…: a plotter draws with the pen that is in it; the column shows in pictures alone."
-_ENDS = {"ebb": "\r", "hpgl": ""}  # line ending per dialect; default: a line feed
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -77,8 +74,6 @@ def plot_rows(
 ) -> PlottedRows:
     """Plot a letter, an envelope or both for every row of a table; with `outputs`, write what would be plotted.
 
-    Parameters
-    ----------
     request : how it is written and plotted; its source is not looked at.
     port : see `plotting.open_port`; of several plotters each makes the next row that no other has.
     batch : the options of the table, and those of its letters.
@@ -297,20 +292,11 @@ def _letters(pieces: Iterable[Piece], envelopes: list[Piece], backs: list[Piece]
             yield piece
 
 
-@dataclass
-class PlotterQueue:
-    """A plotter as a device of a batch: a sheet is a job that is kept until it is drawn.
+@dataclass(kw_only=True)
+class PlotterQueue(AttendedPlotter):
+    """A plotter as a device of a batch: a sheet is a job that is kept until it is drawn."""
 
-    reports : of every part that was plotted.
-    """
-
-    profile: Plotter
-    person: AtPlotter
     options: JobOptions
-    attendance: AttendanceOptions
-    account: ReportFile
-    port: Port | None = None
-    reports: list[PlotReport] = field(default_factory=list)
     keeps: bool = False
     _sheets: int = 0
 
@@ -318,16 +304,6 @@ class PlotterQueue:
     def name(self) -> str:
         """What to call it: by its address, if it is the only one there."""
         return self.person.name or self.person.address
-
-    def open(self) -> Self:
-        """Open its port before any work is done for it."""
-        self.port = port_to(self.person.address, self.profile)
-        return self
-
-    def close(self) -> None:
-        """Close the port, if nothing was plotted over it."""
-        if self.port is not None:
-            self.port.close()
 
     def feed(self, sheet: str) -> None:
         """Put a sheet in, by the machine's feeder or by asking for it; the first lies there already."""
@@ -337,11 +313,11 @@ class PlotterQueue:
         if not self.profile.feeder.command:
             self.person.do(f"Put in {sheet}")
             return
-        with contextlib.closing(self.port or port_to(self.person.address, self.profile)) as port:
-            self.port = None
-            controller = connect(port, self.profile, lambda sentence: None)
+        with contextlib.closing(self if self.port else self.open()):
+            assert self.port is not None
+            controller = connect(self.port, self.profile, lambda sentence: None)
             for line in self.profile.feeder.command:
-                controller.send(f"{line}{_ENDS.get(self.profile.dialect, chr(10))}".encode())
+                controller.send(f"{line}{dialect(self.profile.dialect).line_end}".encode())
             controller.finish()
 
     def begin(self, drawing: Drawing, title: str) -> str:
@@ -352,8 +328,7 @@ class PlotterQueue:
         """Draw a job, or what is left of it."""
         kept, self._sheets = store.find(job), max(self._sheets, 1)
         if not kept.standing().finished:
-            port, self.port = self.port, None
-            self.reports += draw_job(kept, self.person, self.attendance, self.account, port)
+            self.draw(kept)
             self.attendance = replace(self.attendance, at_zero=False)
         return Outcome("completed")
 

@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import msgspec
 
@@ -135,10 +135,111 @@ class Plotted(Drawn, Delivery):
         return dataclasses.replace(self, told=told, **more)
 
 
-def _tell_plotted(job: PlotJob, reports: Sequence[PlotReport]) -> Plotted:
-    """A job that was plotted, told as it stands now."""
-    job, drawn = load(job.folder), Drawn(reports=tuple(reports))
-    return Plotted(job=job, reports=drawn.reports, told={**state_of(job), **drawn.executed_facts()})
+class ReportFile:
+    """The file with the report on how faithful the motion was, or will be; without a path none is written.
+
+    Raises InputError: the file could not be written; asked before any work is done.
+    """
+
+    def __init__(self, path: str | Path | None) -> None:
+        self.path, self.rows = None if path is None else Path(path), list[dict[str, Any]]()
+        self._lock = threading.Lock()  # several plotters may tell of their sheets at once
+        if self.path is not None:
+            atomic.check_writable(self.path)
+
+    def write_plans(self, plans: Sequence[Plan]) -> None:
+        """Write what is predicted of every page."""
+        if self.path is not None:
+            plot_report.write(self.path, [plot_report.row(plan, page) for page, plan in enumerate(plans, 1)])
+
+    def add_report(self, report: PlotReport, port: Port) -> None:
+        """Write what is to be said of all parts up to the one that has just been plotted."""
+        if self.path is not None:
+            with self._lock:
+                self.rows.append(plot_report.tell_plotted_page(report, port, len(self.rows) + 1))
+                plot_report.write(self.path, self.rows)
+
+
+@dataclass
+class AttendedPlotter:
+    """A plotter with who attends to it, and what is done while it draws.
+
+    account : where it is written how faithful the motion was; port : open, if it was opened before the first job.
+    reports : of every part that was plotted.
+    """
+
+    profile: Plotter
+    person: AtPlotter
+    attendance: AttendanceOptions = AttendanceOptions()
+    account: ReportFile = dataclasses.field(default_factory=lambda: ReportFile(None))
+    port: Port | None = None
+    reports: list[PlotReport] = dataclasses.field(default_factory=list)
+
+    def open(self) -> Self:
+        """Open the port before any work is done for the machine."""
+        try:
+            self.port = open_port(self.person.address, self.profile)
+        except DeviceError as error:
+            raise type(error)(f"{error} No job was begun.") from error
+        return self
+
+    def close(self) -> None:
+        """Close the port, if it is open and nothing was plotted over it."""
+        port, self.port = self.port, None
+        if port is not None:
+            port.close()
+
+    def plot_new(
+        self, begin: Callable[[], PlotJob], *, before: str = "", behind: str = "", notes: Sequence[str] = ()
+    ) -> Plotted:
+        """Open the port, begin a job, say what it is, and plot it; what ends it says how to go on.
+
+        before, behind : words before its amount and behind its name; notes : said before the sheet is laid in.
+        """
+        self.open()
+        try:
+            job = begin()
+        except BaseException:
+            self.close()
+            raise
+        amount = f"about {job.ink / 1000:.1f} m of ink; the other sheets are written while the first are drawn"
+        if job.whole:
+            amount = f"{units.count(job.pages * job.options.copies, 'sheet')}, {job.ink / 1000:.2f} m of ink"
+        self.person.say(f"{self.profile.title}: {before}{amount}, job {job.name}{behind}.")
+        self.person.attendant.note(*notes)
+        return self.plot(job, new=True)
+
+    def plot(self, job: PlotJob, *, new: bool = False) -> Plotted:
+        """Plot a job, or what is left of it; what ends it says how to go on."""
+        with _advise_at_end(job, new=new):
+            self.draw(job)
+        job, drawn = load(job.folder), Drawn(reports=tuple(self.reports))
+        return Plotted(job=job, reports=drawn.reports, told={**state_of(job), **drawn.executed_facts()})
+
+    def draw(self, job: PlotJob) -> None:
+        """Draw a job, or what is left of it, at first over a port that is open."""
+        attendance, person = self.attendance, self.person
+        usual = math.inf if person.attendant.watches else _UNWATCHED
+        limit = attendance.hold_limit
+        patience = usual if limit is None else units.parse(limit, "time", "hold limit")
+
+        def open_first() -> Port:
+            first, self.port = self.port, None
+            return first or open_port(person.address, job.profile)
+
+        # several plotters are one block to who attends to them, and show no share
+        block = contextlib.nullcontext() if person.name else person.attendant.plotting()
+        with job_pages.producer(job) as producer, surroundings(person.address), block as progress:
+            self.reports += runner.run_job(
+                job,
+                open_first,
+                person,
+                runner.RunOptions(attendance.at_zero, attendance.home_after, patience, attendance.reached),
+                supply=producer,
+                progress=progress,
+                plotted=self.account.add_report,
+                log=person.say,
+            )
 
 
 @dataclass(frozen=True)
@@ -174,8 +275,6 @@ def plot(
 ) -> Plotted:
     """Plot a text or a drawing; whatever ends it, `resume` goes on with it.
 
-    Parameters
-    ----------
     request : what is plotted and how, or just a text.
     port : see `plotting.open_port`.
 
@@ -184,8 +283,8 @@ def plot(
     request = PlotRequest(Source(request)) if isinstance(request, str) else request
     account = ReportFile(attendance.report)
     work = _check_request(request, port)
-    begin = partial(_begin_job, work, port, attendant)
-    plotted = _plot_new(begin, work.profile, AtPlotter(attendant, port), attendance, account, notes=work.notes)
+    station = AttendedPlotter(work.profile, AtPlotter(attendant, port), attendance, account)
+    plotted = station.plot_new(partial(_begin_job, work, port, attendant), notes=work.notes)
     tally, task = sum((Tally(**counts) for counts in plotted.job.told), Tally()), work.document.task
     return plotted.tell_as(deliver(tally, task, (), work.notes, behind=work.drawing))
 
@@ -243,9 +342,7 @@ def resume(
     if job.standing().finished:
         raise InputError(f"The job {job.name} is finished: nothing is left of it.")
     attendant.say(outlook(job))
-    with _advise_at_end(job, new=False):
-        reports = draw_job(job, AtPlotter(attendant, port or job.port), attendance, account)
-    return _tell_plotted(job, reports)
+    return AttendedPlotter(job.profile, AtPlotter(attendant, port or job.port), attendance, account).plot(job)
 
 
 def machine(device: str | None, port: str | None) -> Plotter:
@@ -272,39 +369,7 @@ def plot_drawings(
     """Plot some drawings, a sheet each, as a job like any other, at the pace of their clocks or as fast as it goes."""
     options = JobOptions(speed="fast" if fast else 1.0, overlap=usual_overlap(profile, True) if fast else OVERLAP)
     begin = partial(store.create, drawings, profile, options, title=title, port=port)
-    person = AtPlotter(attendant, port)
-    return _plot_new(begin, profile, person, AttendanceOptions(), ReportFile(None), before=f"{title}, ")
-
-
-def _plot_new(
-    begin: Callable[[], PlotJob],
-    profile: Plotter,
-    person: AtPlotter,
-    attendance: AttendanceOptions,
-    account: ReportFile,
-    *,
-    before: str = "",
-    behind: str = "",
-    notes: Sequence[str] = (),
-) -> Plotted:
-    """Open the port, begin a job, say what it is, and plot it; what ends it says how to go on.
-
-    before, behind : words before its amount and behind its name; notes : said before the sheet is laid in.
-    """
-    connected = port_to(person.address, profile)
-    try:
-        job = begin()
-    except BaseException:
-        connected.close()
-        raise
-    amount = f"about {job.ink / 1000:.1f} m of ink; the other sheets are written while the first are drawn"
-    if job.whole:
-        amount = f"{units.count(job.pages * job.options.copies, 'sheet')}, {job.ink / 1000:.2f} m of ink"
-    person.say(f"{profile.title}: {before}{amount}, job {job.name}{behind}.")
-    person.attendant.note(*notes)
-    with _advise_at_end(job, new=True):
-        reports = draw_job(job, person, attendance, account, connected)
-    return _tell_plotted(job, reports)
+    return AttendedPlotter(profile, AtPlotter(attendant, port)).plot_new(begin, before=f"{title}, ")
 
 
 def asked_machine(plotting: PlotOptions, port: str | None) -> Plotter:
@@ -344,14 +409,6 @@ def _positive(text: Length, what: str) -> float:
     if not length > 0:
         raise InputError(f"{what}: {text} is not more than 0.")
     return length
-
-
-def port_to(port: str, profile: Plotter) -> Port:
-    """Open the port before any work is done for the machine."""
-    try:
-        return open_port(port, profile)
-    except DeviceError as error:
-        raise type(error)(f"{error} No job was begun.") from error
 
 
 def _begin_job(work: _Asked, port: str, listener: Listener) -> PlotJob:
@@ -425,8 +482,8 @@ def plot_again(
         pages = _part(_kept_pages(before, attendant), part, profile, options, attendant)
         return store.begin(pages, profile, options, None, title=before.title, port=address)
 
-    person = AtPlotter(attendant, address)
-    return _plot_new(begin, profile, person, attendance, account, behind=f", of {name_job(before)}")
+    station = AttendedPlotter(profile, AtPlotter(attendant, address), attendance, account)
+    return station.plot_new(begin, behind=f", of {name_job(before)}")
 
 
 def _kept_pages(job: PlotJob, listener: Listener) -> list[NewPage]:
@@ -484,59 +541,6 @@ def _plan_facts(plans: Sequence[Plan]) -> Facts:
 def greatest_stretch(parts: Sequence[Plan] | Sequence[PlotReport]) -> float:
     """The greatest of the sheets' stretches: time the strokes take over the time they were meant to take."""
     return round(max((part.stretched for part in parts), default=1.0), 4)
-
-
-class ReportFile:
-    """The file with the report on how faithful the motion was, or will be; without a path none is written.
-
-    Raises InputError: the file could not be written; asked before any work is done.
-    """
-
-    def __init__(self, path: str | Path | None) -> None:
-        self.path, self.rows = None if path is None else Path(path), list[dict[str, Any]]()
-        self._lock = threading.Lock()  # several plotters may tell of their sheets at once
-        if self.path is not None:
-            atomic.check_writable(self.path)
-
-    def write_plans(self, plans: Sequence[Plan]) -> None:
-        """Write what is predicted of every page."""
-        if self.path is not None:
-            plot_report.write(self.path, [plot_report.row(plan, page) for page, plan in enumerate(plans, 1)])
-
-    def add_report(self, report: PlotReport, port: Port) -> None:
-        """Write what is to be said of all parts up to the one that has just been plotted."""
-        if self.path is not None:
-            with self._lock:
-                self.rows.append(plot_report.tell_plotted_page(report, port, len(self.rows) + 1))
-                plot_report.write(self.path, self.rows)
-
-
-def draw_job(
-    job: PlotJob, person: AtPlotter, attendance: AttendanceOptions, account: ReportFile, port: Port | None = None
-) -> list[PlotReport]:
-    """Plot a job, or what is left of it, at first over a port that is open."""
-    limit, attendant = attendance.hold_limit, person.attendant
-    usual = math.inf if attendant.watches else _UNWATCHED
-    patience = usual if limit is None else units.parse(limit, "time", "hold limit")
-
-    def open_first() -> Port:
-        nonlocal port
-        first, port = port, None
-        return first or open_port(person.address, job.profile)
-
-    # several plotters are one block to who attends to them, and show no share
-    block = contextlib.nullcontext() if person.name else attendant.plotting()
-    with job_pages.producer(job) as producer, surroundings(person.address), block as progress:
-        return runner.run_job(
-            job,
-            open_first,
-            person,
-            runner.RunOptions(attendance.at_zero, attendance.home_after, patience, attendance.reached),
-            supply=producer,
-            progress=progress,
-            plotted=account.add_report,
-            log=person.say,
-        )
 
 
 @contextlib.contextmanager

@@ -63,8 +63,6 @@ def learn_pose(
 ) -> PoseSheet:
     """Learn how a writer holds the pen, from recordings (.cyn .svc .inkml .uim .json …), and keep it as a .pose file.
 
-    Parameters
-    ----------
     title : for people; None: the name of the file.
     level : take out what the place on the page does to the pose.
 

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import partial
 from pathlib import Path
+from typing import Self
 
 import msgspec
 
@@ -96,8 +97,6 @@ def print_(
 ) -> BatchDelivery:
     """Print a letter, an envelope or both for every row of a table (CSV or .xlsx).
 
-    Parameters
-    ----------
     merge : the letter, if there is one, and what goes on the envelope.
     attendant : is asked to put in other paper, where a printer has one tray for letters and envelopes.
 
@@ -124,7 +123,7 @@ def print_(
         out=out,
         dry_run=out is not None and not _prints_into(out, printing),
     )
-    calibrations = _calibrations(printing, attendant)
+    calibrations = _Calibrations.choose(printing, attendant)
     pages.calibrated = calibrations.calibrate_ink
     if merged.with_envelopes:  # what is wrong for every row is said once
         envelope.address_layout(pages.envelope_page, 1, 1, pages.address_x_height)
@@ -231,6 +230,15 @@ class _Calibrations:
 
     calibration: Calibration | None
 
+    @classmethod
+    def choose(cls, printing: PrintOptions, listener: Listener) -> Self:
+        """The calibration that is chosen; what is doubtful about it, or that there is none, is said."""
+        calibration, doubts = calibrated_ink.choose(printing.printer, printing.stock, printing.calibration)
+        listener.say(*(f"warning: {doubt}" for doubt in doubts))
+        if calibration is None and printing.dry_run is None and not printing.calibration:
+            listener.say(UNCALIBRATED)
+        return cls(calibration)
+
     def say_whose(self, ways: Sequence[PrinterWay], listener: Listener) -> None:
         """Say to which printers pages go without a calibration."""
         titles = dict.fromkeys(way.profile.title for way in ways if self.calibration and not way.calibrated)
@@ -241,15 +249,6 @@ class _Calibrations:
         if self.calibration is None:
             return None
         return CalibratedInk(self.calibration, calibrated_ink.pen_of(self.calibration, hand, say), hand, task.look.pen)
-
-
-def _calibrations(printing: PrintOptions, listener: Listener) -> _Calibrations:
-    """The calibration that is chosen; what is doubtful about it, or that there is none, is said."""
-    calibration, doubts = calibrated_ink.choose(printing.printer, printing.stock, printing.calibration)
-    listener.say(*(f"warning: {doubt}" for doubt in doubts))
-    if calibration is None and printing.dry_run is None and not printing.calibration:
-        listener.say(UNCALIBRATED)
-    return _Calibrations(calibration)
 
 
 def make_all(

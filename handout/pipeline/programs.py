@@ -114,8 +114,7 @@ def pressed_evenly(profile: Plotter) -> str | None:
     """The note that a machine does not press the pen as its pose says, if it does not."""
     if profile.pen.pressed not in (None, profile.pen.down):
         return None
-    able = profile.pen.lift == "z" or profile.dialect == "ebb"
-    way = "handout pen heights finds it" if able else "such a pen is only lifted and lowered"
+    way = "handout pen heights finds it" if profile.can_press else "such a pen is only lifted and lowered"
     return f"--pose: the pen is pressed evenly, since the profile of {profile.name} has no pen.pressed; {way}."
 
 

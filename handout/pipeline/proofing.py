@@ -1,4 +1,4 @@
-"""Proofs: every page of a table's letters and envelopes, small, with what to look at first, before any ink is spent.
+"""Proofs: every page of a table's letters and envelopes, small, with what to look at first and what it costs.
 
 A proof is a page for a browser (.html) or a printer (.pdf), and beside it a .json file by which a later run knows that
 it makes what was looked at (`merging.approved_seed`).
@@ -10,21 +10,23 @@ import base64
 import html
 import io
 import json
+import math
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
 
+import msgspec
+
 from handout import atomic, units
 from handout.errors import InputError
 from handout.inking.papers import lay_ink
 from handout.pipeline import merging, plotting
-from handout.pipeline.costs import Costs, Spent, costs, prices
 from handout.pipeline.merging import AT_EDGE, OUT_OF_REACH, WARNED, PageFinding, RowPages
 from handout.pipeline.options import MergeOptions, PictureOptions, ProofOptions, SheetOptions, WritingOptions, seed_of
-from handout.pipeline.results import SILENT, Delivery, Listener, Told
+from handout.pipeline.results import SILENT, Delivery, Facts, Listener, Told
 from handout.plotting import plan
 from handout.printing import media, printers
 from handout.printing.journal import BACK, ENVELOPE
@@ -36,6 +38,96 @@ _DPI = 96  # of the small pictures
 _WIDE = 300  # pixels across a picture, on the screen
 _EDGE = 4.0  # mm from the edge of the paper: what comes nearer is said; set by eye
 _FIRST = 200  # rows that are named at the top
+_PRICES = [name for name in Prices.__struct_fields__ if name != "currency"]
+_MEASURES = ("ink_load", "pen_length")  # that are no prices, but what these are of
+_MOST = 1e6  # of a price, as in a profile
+
+
+@dataclass(frozen=True)
+class Spent:
+    """What a batch uses: sheets and envelopes; mm² of paper under ink; mm of line; s of a plotter, None without one."""
+
+    sheets: int = 0
+    envelopes: int = 0
+    covered: float = 0.0
+    line: float = 0.0
+    machine: float | None = None
+
+
+@dataclass(frozen=True)
+class Costs:
+    """What it costs: each item in money, None where its price is not known; `lacking` names the prices for these."""
+
+    currency: str
+    items: Mapping[str, float | None]
+    lacking: tuple[str, ...]
+
+    @property
+    def total(self) -> float:
+        """Of what is known."""
+        return sum(cost for cost in self.items.values() if cost is not None)
+
+    def facts(self) -> Facts:
+        """For JSON."""
+        items = {name: None if cost is None else round(cost, 4) for name, cost in self.items.items()}
+        return {"currency": self.currency, **items, "total": round(self.total, 4), "unknown": list(self.lacking)}
+
+    def sentence(self) -> str:
+        """In words."""
+        if all(cost is None for cost in self.items.values()):
+            return f"What it costs is not known: give prices with --prices {'=…,'.join(self.lacking)}=…"
+        known = ", ".join(f"{name} {cost:.2f}" for name, cost in self.items.items() if cost is not None)
+        money = f"{self.total:.2f} {self.currency}".strip()
+        if not self.lacking:
+            return f"Cost: {money} ({known})."
+        unknown = " and ".join(name for name, cost in self.items.items() if cost is None)
+        return f"Cost: {money} ({known}) without {unknown}: not known is {', '.join(self.lacking)}."
+
+
+def prices(machine: Plotter | Printer | None, given: str) -> Prices:
+    """The prices of a machine's profile, with those that are given as ``"sheet=0.02,hour=4,currency=EUR"`` over them.
+
+    Raises InputError: an unknown price, or one that is no number from 0.
+    """
+    changes: dict[str, str | float] = {}
+    for part in filter(None, (part.strip() for part in given.split(","))):
+        name, _, value = part.partition("=")
+        changes[name] = value if name == "currency" else _price(name, value, part)
+    return msgspec.structs.replace(machine.prices if machine is not None else Prices(), **changes)
+
+
+def _price(name: str, value: str, part: str) -> float:
+    try:
+        price = float(value) if name in _PRICES else math.nan
+    except ValueError:
+        price = math.nan
+    if not 0 <= price <= _MOST or (price == 0 and name in _MEASURES):
+        known = ", ".join(_PRICES)
+        raise InputError(f"prices: {part!r} is none; write sheet=0.02,hour=4.50,currency=EUR, of {known}.")
+    return price
+
+
+def costs(spent: Spent, at: Prices, plotted: bool) -> Costs:
+    """What is spent, at these prices: by pens on a plotter, else by ink."""
+    volume = None if at.ink_load is None else spent.covered * 1e-6 * at.ink_load
+    pens = None if at.pen_length is None else spent.line * 1e-3 / at.pen_length
+    # item → how much of it, its price, and what that is not known without
+    wanted: dict[str, tuple[float | None, float | None, dict[str, float | None]]] = {}
+    if spent.sheets:
+        wanted["paper"] = spent.sheets, at.sheet, {"sheet": at.sheet}
+    if spent.envelopes:
+        wanted["envelopes"] = spent.envelopes, at.envelope, {"envelope": at.envelope}
+    if plotted:
+        wanted["pens"] = pens, at.pen, {"pen": at.pen, "pen_length": at.pen_length}
+    else:
+        wanted["ink"] = volume, at.ink, {"ink": at.ink, "ink_load": at.ink_load}
+    if spent.machine is not None:
+        wanted["machine"] = spent.machine / 3600, at.hour, {"hour": at.hour}
+    items = {
+        name: None if amount is None or price is None else amount * price for name, (amount, price, _) in wanted.items()
+    }
+    lacking = [name for _, _, needed in wanted.values() for name, value in needed.items() if value is None]
+    return Costs(at.currency, items, tuple(lacking))
 
 
 @dataclass(frozen=True)
@@ -69,8 +161,6 @@ def proof(
 ) -> TableProof:
     """Write a proof of a table's letters and envelopes.
 
-    Parameters
-    ----------
     outputs : .html and .pdf files; the file by which the proof is approved has the name of the first, with .json.
 
     Raises TableError, InputError: the table or the letter cannot be read, or an option is wrong.

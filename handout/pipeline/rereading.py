@@ -15,7 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import lru_cache
+from functools import lru_cache, partial
 from itertools import islice
 from weakref import WeakKeyDictionary
 
@@ -31,7 +31,8 @@ from handout.pipeline.results import Facts
 from handout.reading import pictures, second_reader
 from handout.reading.pictures import PictureReading, Verdict
 from handout.reading.second_reader import SecondReader
-from handout.values import Array, Indices
+from handout.reading.word_space import X_HEIGHT, drawn
+from handout.values import Array, Indices, Line, Manuscript
 from handout.writing.choosing import GlyphChooser, choices
 from handout.writing.compose import Proofreader
 from handout.writing.legibility import made_words
@@ -73,8 +74,11 @@ SETTINGS = RereadingSettings()
 _OF_TWO = 0.66, 2.44, 0.53  # right, misspelt and spread of what surprises two readers; of the same pages
 _MADE = 100  # words that are written to know what surprise means in a hand; half a second
 _TAKEN_FOR = 5  # other letters that are the likeliest in a letter's place: what is misspelt looks much like it
+# tangents by which moved words are set upright, and pixels of word space, half the width of their lines: they have to
+# read in all of these, since among many forms of a word there is always one that is read by chance
+_SHOWN = ((-0.1, 0.7), (0.1, 1.1), (0.3, 0.9))
 _TAIL = 0.16  # of a normal distribution lies so far out that it is a standard deviation off, on either side
-VERSION = 4  # of what is kept of a hand; tests/hand/test_house_scanned.py says when to raise it
+VERSION = 5  # of what is kept of a hand; tests/hand/test_house_scanned.py says when to raise it
 
 
 @dataclass(frozen=True, eq=False)
@@ -351,3 +355,27 @@ def reread(
         for placed in line.placed
     }
     return sheets, list(rereader.doubts(lines).values()), rereader.words
+
+
+def open_stroke_reader(
+    page: Manuscript, words: Sequence[str]
+) -> Callable[[int], Callable[[Sequence[Array]], float] | None]:
+    """What reads the words of a page by their numbers: nat of surprise at strokes (n, 2), mm; None: no letters of it.
+
+    A word is shown upright and leaning, thin and thick: the mean counts.
+    """
+    lines = {placed.word: line for line in page.lines for placed in line.placed}
+    scale, reader = X_HEIGHT / page.x_height, pictures.load()
+
+    def read_strokes(line: Line, word: str, strokes: Sequence[Array]) -> float:
+        xy = np.concatenate(strokes)
+        up = line.height_at(xy[:, 0]) - xy[:, 1]
+        edges = np.column_stack([np.arange(len(xy) - 1), np.arange(1, len(xy))])
+        edges = np.delete(edges, np.cumsum([len(stroke) for stroke in strokes])[:-1] - 1, axis=0)
+        shown = [
+            drawn(scale * np.column_stack([xy[:, 0] - slant * up, up]), np.full(len(xy), pen), edges)
+            for slant, pen in _SHOWN
+        ]
+        return -float(np.mean([seen.log_probability(word) for seen in reader.read_all(shown)]))
+
+    return lambda number: partial(read_strokes, lines[number], words[number]) if readable(words[number]) else None

@@ -169,7 +169,7 @@ class Tally:
     @property
     def lent_letters(self) -> dict[tuple[str, str], int]:
         """How often each letter that is not the author's was written: (letter, what it was made of) → count."""
-        from handout.writing.text import LEFT_OUT  # where packages are lacking, that is still said
+        from handout.writing.text import LEFT_OUT
 
         return self._count(itemgetter("letter", "from"), lambda one: not one["own"] and one["from"] != LEFT_OUT)
 

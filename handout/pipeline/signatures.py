@@ -28,8 +28,6 @@ _LARGEST = 150.0  # mm: a page of writing is no signature
 def add_signature(name: str, scan: str | Path, dpi: float | None = None, *, again: bool = False) -> Delivery:
     """Keep the signature on a scan, which shows nothing else, under a name.
 
-    Parameters
-    ----------
     dpi : pixels an inch, where the file does not say; again : take the place of one of that name.
 
     Raises InputError: no name for a file, one that is taken, or a scan that cannot be read or shows more than a

@@ -16,8 +16,10 @@ from handout import atomic, units
 from handout.errors import InputError
 from handout.motion.learned.model import LearnedMovement, Lesson, learn, primer_of
 from handout.motion.learned.sequences import Inputs
+from handout.motion.styles.manner import MEASURES, measure_manner
 from handout.motion.styles.style import Style, check_style, find
 from handout.motion.styles.style_file import to_bytes
+from handout.motion.styles.targets import letter_height
 from handout.pipeline.inputs import output_path
 from handout.pipeline.options import LessonOptions, StyleOptions, seed_of
 from handout.pipeline.results import SILENT, Delivery, Listener
@@ -27,6 +29,9 @@ from handout.units import count
 from handout.values import Drawing
 
 _USUAL_STYLE = "fast-tag"
+_LEAN = MEASURES.index("lean")
+_USUAL_LEAN = 0.15  # rad: of what goes down, half-way between house-print and house-joined
+_STEEPEST = 15.0  # degrees that a learned style leans more than usual, or less: by eye, letters still read
 _NOISE = 0.02  # heights of a letter: motor noise at --jitter 1; set by eye
 
 
@@ -85,10 +90,13 @@ _TOML = """\
 title = {title}
 notes = {notes}
 
+[form]
+shear = "{lean:.0f}deg"         # how much more the examples lean to the right than a plain hand
+
 [learned]
 temperature = 0.5      # chance: 1 as in the examples
 hold = 1.0             # how far the path is led through the places that a drawing passes
-keep = 0.75            # share of a drawing's own bends and overlaps that stays: letters are read by them
+keep = 0.75            # share of a drawing's own bends and overlaps that stays where its words cannot be read
 duration = "{duration:.0f}ms"
 
 [brush]
@@ -118,12 +126,14 @@ def learn_style(
     how = Lesson(lesson.size, cast(Inputs, lesson.inputs))
     rng = np.random.default_rng(seed_of(lesson.seed))
     learned = learn({path.stem: drawings}, rng, how, listener.progress)
+    seen = [measure_manner([s.xy for s in each.strokes], letter_height(each))[_LEAN] for each in drawings]
     slow = "Examples without times say nothing of how fast the hand is."
     told = {
         "style": path.stem,
         "drawings": len(drawings),
         "strokes": learned.strokes,
         "duration_s": round(learned.duration, 3),
+        "lean_deg": round(float(np.clip(np.degrees(np.arctan(np.mean(seen)) - _USUAL_LEAN), -_STEEPEST, _STEEPEST))),
         "primers": list(learned.movement.primers),
         "seed": lesson.seed,
         "files": [str(path)],
@@ -135,7 +145,8 @@ def learn_style(
 def toml_of(title: str, told: Mapping[str, Any]) -> str:
     """The text that a learned style's file begins with; told : of it, as `learn_style` does."""
     notes = f"Learned from {count(told['drawings'], 'drawing')}, {count(told['strokes'], 'stroke')}."
-    return _TOML.format(title=json.dumps(title), notes=json.dumps(notes), duration=1e3 * told["duration_s"])
+    duration, lean = 1e3 * told["duration_s"], told["lean_deg"]
+    return _TOML.format(title=json.dumps(title), notes=json.dumps(notes), duration=duration, lean=lean)
 
 
 def split_drawings(drawing: Drawing) -> list[Drawing]:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import groupby
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
@@ -242,8 +242,6 @@ class TextDocument:
     def draw(self, wanted: frozenset[str] = INK, row: int | None = None, tell: Tell = silent) -> Pages:
         """The pages of the text.
 
-        Parameters
-        ----------
         wanted : of a scanned hand, its `INK` or its `STROKES` or both.
         row : of a batch, each of which varies in its own way.
         """
@@ -465,7 +463,7 @@ def draw(
 
         speed = task.speed * (_HURRIED if task.fast else 1.0)
         drawing = trace(page, task.hand, rng, task.kinematics, speed=speed, jitter=task.layout.jitter)
-        drawing = _apply_style(_in_colour(drawing, task), task, rng) if drawing.strokes else drawing
+        drawing = _apply_style(_in_colour(drawing, task), task, rng, page) if drawing.strokes else drawing
         if drawing.strokes and task.pose.pose is not None:
             from handout.pipeline.poses import with_pose
 
@@ -478,13 +476,15 @@ def draw(
     return replace(drawing, about={**told, **about, **drawing.about})
 
 
-def _apply_style(drawing: Drawing, task: WritingTask, rng: np.random.Generator) -> Drawing:
-    """Move a drawing in the style of the task; `about["style_losses"]` names what the style cannot show."""
+def _apply_style(drawing: Drawing, task: WritingTask, rng: np.random.Generator, page: Manuscript) -> Drawing:
+    """Move the drawing of a page in the style of the task; `about["style_losses"]` names what the style cannot show."""
     if task.style is None:
         return drawing
     from handout.motion.styles.restyling import losses, restyle
+    from handout.pipeline.rereading import open_stroke_reader
 
-    styled = restyle(drawing, task.style, rng)
+    reads = None if task.style.model is None else open_stroke_reader(page, cast(Sequence[str], words(page)["words"]))
+    styled = restyle(drawing, task.style, rng, surprise=reads)
     lost = losses(drawing, styled, task.style)
     return replace(styled, about={**styled.about, "style_losses": lost}) if lost else styled
 

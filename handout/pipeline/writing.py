@@ -146,8 +146,6 @@ def write(
 ) -> Delivery:
     """Write a text or a letter to files.
 
-    Parameters
-    ----------
     source : a text, or what `inputs.written_source` read.
     outputs : names of files, whose suffixes say the format: .svg .png .pdf .eps .dxf .inkml .json .gcode …
     device : the plotter that .gcode, .hpgl and .ebb files are for; None: a common one that reads such files.

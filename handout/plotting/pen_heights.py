@@ -177,7 +177,7 @@ class Steps:
     def __init__(self, profile: Plotter) -> None:
         pen, span = profile.pen, abs(profile.pen.down - profile.pen.up)
         self.lift_z = pen.lift == "z"
-        self.follows = self.lift_z or profile.dialect == "ebb"  # it can be pressed while it draws
+        self.follows = profile.can_press
         self.sign = 1.0 if pen.down > pen.up else -1.0  # of what is nearer to the paper
         self.sizes = _STEPS_Z if pen.in_mm else tuple(dict.fromkeys(max(round(share * span), 1) for share in _SHARES))
         self.row = _ROW_Z if pen.in_mm else max(float(round(_ROW_SHARE * span)), 1.0)

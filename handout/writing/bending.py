@@ -34,7 +34,7 @@ _ENOUGH = 5  # instances from which on a letter's range is measured
 _SUREST = 10  # per cent of the letters
 _PRIOR = 4.0  # instances that the deviation common to all letters counts as
 _TRIES = (1.0, 0.7, 0.5)
-VERSION = 1  # of what is kept of a hand; tests/hand/test_house_scanned.py says when to raise it
+VERSION = 2  # of what is kept of a hand; tests/hand/test_house_scanned.py says when to raise it
 
 
 @dataclass(frozen=True, eq=False)

@@ -20,10 +20,12 @@ from typing import NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.distance import cdist
 
 from handout.branching import branches
+from handout.hand.letter_classes import DOTTED, LOWERCASE
 from handout.hand.measures import mean_x_height
-from handout.hand.scanned import NOBODY, ScannedHand
+from handout.hand.scanned import NOBODY, ScannedGlyph, ScannedHand
 from handout.peaks import peaks
 from handout.values import Array, Indices, readonly, readonly_indices
 
@@ -102,7 +104,7 @@ class ExtractedStrokes:
         self._hand, self._centre = hand, centre
         self._before = np.cumsum([0, *(len(page.graph) for page in hand.pages)])  # vertices of the pages before
         self._count = int(self._before[-1])
-        self._owned = self._code_vertices(enumerate(glyph.vertices for glyph in hand.glyphs))
+        self._owned = self._code_vertices(enumerate(_undotted(hand, glyph) for glyph in hand.glyphs))
         out = [(number, path) for number, paths in sorted(ways.items()) for path in paths]
         into = sorted(((hand.glyphs[number].after, path) for number, path in out), key=itemgetter(0))
         gone = self._code_vertices([(i, path[1:]) for i, path in out] + [(i, path[:-1]) for i, path in into])
@@ -189,6 +191,31 @@ def _are_among(codes: Indices, rising: Indices) -> NDArray[np.bool_]:
     if not len(rising):
         return np.zeros(len(codes), dtype=bool)
     return np.asarray(rising[np.minimum(np.searchsorted(rising, codes), len(rising) - 1)] == codes)
+
+
+_DOT = 0.5  # x-heights: no dot is longer, or so near to a letter that it is of it
+_OVER = 1.2  # x-heights over the baseline, where the dots of an i and the apostrophes of words are
+_UNDOTTED = LOWERCASE - DOTTED
+
+
+def _undotted(hand: ScannedHand, glyph: ScannedGlyph) -> Indices:
+    """(n,): the vertices of a glyph without a dot or an apostrophe that another letter has lost to it.
+
+    Of 5,500 glyphs of sixteen people (csafe, cvl) five have one, two of the three f of one of them among these.
+    """
+    page, vertices = hand.pages[glyph.page], glyph.vertices
+    pieces = page.graph.components[vertices] if glyph.letter in _UNDOTTED and len(vertices) else np.zeros(1)
+    if (pieces == pieces[0]).all():
+        return vertices
+    unit, uv, radius = page.x_height / page.pixel, page.graph.uv[vertices], page.graph.radius[vertices] / page.pixel
+    body = pieces == np.bincount(pieces).argmax()
+    height = (page.base(glyph.line, uv[:, 0]) - uv[:, 1]) / unit
+    for piece in np.unique(pieces[~body]):
+        dot = pieces == piece
+        away = (cdist(uv[dot], uv[body]) - radius[dot][:, None] - radius[body]).min() / unit
+        if away > _DOT and height[dot].min() > _OVER and np.ptp(uv[dot], axis=0).max() < _DOT * unit:
+            vertices = vertices[~np.isin(vertices, glyph.vertices[dot])]
+    return vertices
 
 
 _ARM = 8  # vertices on either side, whose directions are compared

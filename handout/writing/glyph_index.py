@@ -30,7 +30,7 @@ from functools import cached_property, lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from handout.hand.author_reader import misread
+from handout.hand.author_reader import find_odd_rarities
 from handout.hand.measures import body_sizes
 from handout.hand.places import PLACES, Place, places
 from handout.hand.scanned import NOBODY, ScannedHand
@@ -54,11 +54,11 @@ class ChoiceWeights:
     # a glyph that was added to the hand: as one that is right with .6.  On four people's pages (csafe w0076 w0154
     # w0394, cvl 0052) four letters had no glyph above .8; the best of each had .70 to .79, and all were right by eye
     lent: float = 8.0
-    # times how often strangers misread it.  Of 3200 words in eight people's hands (csafe w0018 w0154 w0180 w0191 w0227,
-    # cvl 0002 0013 0052) a reader that had no part in it (PP-OCRv6) misread 33 of 100 without, 25 with 8, 22 with 14,
-    # 35 of their authors' own; of the glyphs of letters that a text needs more often than the page has them, 89, 83 and
-    # 75 of 100 are written.  With 10, and eight others (w0031 w0122 w0145 w0200 w0238 w0341 w0394 w0411), 24 and 14
-    misread: float = 10.0
+    # times strangers' surprise, nats: what they mostly misread is shunned, what they misread now and then is not.  In
+    # five hands (csafe w0145 w0227 w0341 w0394, cvl 0052) a reader that had no part in it (PP-OCRv6) was surprised by
+    # .173 nats a letter, by .183 where 10 times the share of misreadings counted; in four (w0018 w0122 w0200, 0013) by
+    # .287 and .329.  With 10 by .249 there, and the hinge ratio of four pages is 1.37 instead of 1.34
+    misread: float = 7.0
     # as much more where the writing is wished legible.  Of 1200 words in six hands (csafe w0018 w0200 w0238 w0341, cvl
     # 0013 0052) that reader misread 22 of 100 instead of 39, with letters lent where the author's read worse; the hinge
     # ratio of four pages went from 1.32 to 1.53
@@ -100,6 +100,7 @@ class ChoiceWeights:
 
 
 WEIGHTS = ChoiceWeights()
+_LEAST_READ = 0.05  # share of readings: a few words do not tell one in twenty from none
 
 
 def intrinsic_cost(hand: ScannedHand, bodies: Sequence[Indices]) -> Array:
@@ -107,7 +108,9 @@ def intrinsic_cost(hand: ScannedHand, bodies: Sequence[Indices]) -> Array:
     empty = np.array([not len(body) for body in bodies], dtype=bool)
     lent = np.arange(len(bodies)) >= hand.own_count
     odd = doubt(hand) + WEIGHTS.blot * blots(hand)
-    odd[: hand.own_count] += (WEIGHTS.misread + WEIGHTS.legible * hand.legible) * misreadings(hand.author or hand)
+    share = misreadings(hand.author or hand)
+    odd[: hand.own_count] += WEIGHTS.misread * -np.log(np.maximum(1 - share, _LEAST_READ))
+    odd[: hand.own_count] += WEIGHTS.legible * hand.legible * share
     return np.asarray(odd + WEIGHTS.broken * empty + WEIGHTS.lent * lent)
 
 
@@ -118,7 +121,7 @@ def doubt(hand: ScannedHand) -> Array:
     That a person confirmed a glyph takes nothing from it.
     """
     own = np.arange(len(hand.glyphs)) < hand.own_count
-    odd = misread(hand.author or hand)
+    odd = find_odd_rarities(hand.author or hand)
     cost = WEIGHTS.doubtful * (1 - vet(hand).plainness)
     cost[own] += WEIGHTS.lent * odd[: hand.own_count]
     return readonly(cost, len(hand.glyphs))

@@ -163,7 +163,7 @@ _WORD_SHARES = (12.0, 84.0)  # per cent: word gaps are drawn from between; narro
 _LIFTED = 75.0  # per cent: letters that are not joined stand no further apart than so many of the author's
 _SHARE = 2.0  # per cent: clearances outside these percentiles are slips of the pen or of the reading
 _NARROW = 10.0  # per cent: the same percentile of word gaps over all heights, higher because cut strokes reach in
-VERSION = 1  # of what is kept of a hand; tests/hand/test_house_scanned.py says when to raise it
+VERSION = 2  # of what is kept of a hand; tests/hand/test_house_scanned.py says when to raise it
 _OVER = 2  # letters on each side of a gap between words whose bars may reach across it
 
 

@@ -9,7 +9,7 @@ import pytest
 
 from handout import shipped
 from handout.cli import cli, configuration
-from handout.cli.commands import VerbCommand, switches
+from handout.cli.options import VerbCommand, switches
 
 
 @pytest.fixture

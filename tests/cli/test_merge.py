@@ -178,6 +178,17 @@ def test_a_letter_file_is_filled_and_what_is_in_cells_is_no_markdown(call):
     assert 'width="148' in Path("large-002.svg").read_text(encoding="utf-8")[:400]
 
 
+@pytest.mark.parametrize(("letter", "head"), [("letter.txt", ""), ("letter.md", '---\nmargin = "20mm"\n---\n')])
+def test_letters_are_written_as_in_the_language_of_their_row(call, letter, head):
+    Path(letter).write_text(f"{head}бити\n", encoding="utf-8")
+    Path("rows.csv").write_text("name,language\nAda,ru\nBen,ru\nCy,sr\n", encoding="utf-8")
+    command = ("print", "rows.csv", "--letter", letter, "--hand", "house-print", "--variation", 0, "--seed", 1)
+    call(*command, "--columns", "language=language", "--dry-run", "out.svg")
+    texts = [path.read_text(encoding="utf-8") for path in sorted(Path().glob("out-*.svg"))]
+    russian, other, serbian = ([len(way.split()) for way in re.findall(r' d="([^"]*)"', text)] for text in texts)
+    assert russian == other != serbian
+
+
 @pytest.mark.parametrize(
     ("body", "words"),
     [

@@ -18,8 +18,8 @@ from handout import profiles
 from handout.errors import DeviceSilent, InputError
 from handout.plotting.bed import place as placed
 from handout.plotting.jobs import store
-from handout.simulated.plotter import SimulatedPlotter
 from handout_lab.ink_comparison import compare
+from handout_lab.simulated import FaultyPlotter
 
 SIM = profiles.find("simulated", "plotter")
 TEXT = "Dear Ada, all is well"
@@ -201,7 +201,7 @@ class Desk:
     """A simulated plotter behind a socket, at ten times its speed; it stays on the desk whoever connects."""
 
     def __init__(self, speed=10.0):
-        self.plotter, self.speed, self.going = SimulatedPlotter(SIM), speed, True
+        self.plotter, self.speed, self.going = FaultyPlotter(SIM), speed, True
         self.server = socket.create_server(("127.0.0.1", 0))
         self.server.settimeout(0.05)
         self.address = f"socket://127.0.0.1:{self.server.getsockname()[1]}"

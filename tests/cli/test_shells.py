@@ -12,7 +12,7 @@ import pytest
 from click.shell_completion import get_completion_class
 
 from handout.cli import cli, completion_, configuration
-from handout.cli.commands import group_options
+from handout.cli.options import group_options
 
 ROOT = Path(__file__).resolve().parents[2]
 

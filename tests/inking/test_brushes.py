@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from benchmarks.brush import two_pass
 from brushes import paper, stroke
 from handout.chains import viterbi
 from handout.errors import InputError
@@ -16,7 +17,7 @@ from handout.inking import pens
 from handout.inking.brush import brushes, canvas, painting
 from handout.inking.brush.photographs import find_strokes
 from handout.inking.brush.ribbon import SEGMENTS, straighten_stroke
-from handout.inking.brush.synthesis import WITHIN, SegmentChooser, count_since_same, two_pass
+from handout.inking.brush.synthesis import WITHIN, SegmentChooser, count_since_same
 from handout.inking.curves import fit
 from handout.inking.pen import Pen, usual
 from handout.values import Drawing, Page, Stroke
@@ -127,7 +128,7 @@ def test_what_comes_again_costs_no_more_than_it_must(brush):
         costs = rng.uniform(0, 3, (40, len(library.place)))
         exact = library.energy(np.array(viterbi(list(costs), [library.borders] * 39)), costs)
         row = library.row(costs)
-        assert exact <= min(library.energy(each, costs) for each in (row, library.row(costs, "two-pass"))) + 1e-6
+        assert exact <= min(library.energy(each, costs) for each in (row, two_pass(costs, library.borders))) + 1e-6
         assert (count_since_same(library.segment_numbers[row]) > WITHIN).all()
 
 

@@ -5,7 +5,7 @@ import numpy as np
 from handout.hand.learnt import known_values, remember
 from handout.motion.recovery.kept_strokes import part_by_glyph, strokes_as_numbers, strokes_of_numbers
 from handout.motion.recovery.letter_line import LetterStrokes
-from handout.motion.recovery.stroke_order import StrokeOrderModel, learn_strokes, stroke_order_model
+from handout.motion.recovery.stroke_order import VERSION, StrokeOrderModel, learn_strokes, stroke_order_model
 
 HANDS = ("house-quick",)
 RING = np.array([[0, 1], [1, 2], [2, 3], [3, 0], [2, 4], [4, 5]])  # a ring with a tail; 6 is a dot
@@ -28,14 +28,14 @@ def test_strokes_come_back_as_they_were():
 def test_those_of_a_hand_are_kept_in_one_row_and_found_there(small_hand, tmp_path):
     found = stroke_order_model(small_hand, HANDS)
     row = learn_strokes(small_hand, HANDS)
-    assert list(known_values(small_hand)).count("strokes by house-quick 1") == 1
+    assert list(known_values(small_hand)).count(f"strokes by house-quick {VERSION}") == 1
     kept = part_by_glyph(row, len(small_hand.glyphs))
     assert kept.keys() == set(range(len(small_hand.glyphs)))
     from handout.hand import file
 
     file.save(small_hand, tmp_path / "small.hand")
     again = file.load(tmp_path / "small.hand")
-    remember(again, {"strokes by house-quick 1": row})
+    remember(again, {f"strokes by house-quick {VERSION}": row})
     model = StrokeOrderModel(again, HANDS)
     assert all(same(model.strokes_of(n)[0], found.strokes_of(n)[0]) for n in kept)
     assert not model._lines  # nothing was searched for

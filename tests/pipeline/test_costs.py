@@ -3,7 +3,7 @@
 import pytest
 
 from handout.errors import InputError
-from handout.pipeline.costs import Spent, costs, prices
+from handout.pipeline.proofing import Spent, costs, prices
 from handout.profiles import find
 
 SPENT = Spent(sheets=3, envelopes=2, covered=2000.0, line=5000.0, machine=1800.0)

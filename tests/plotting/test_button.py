@@ -11,9 +11,9 @@ from handout.plotting.dialects.ebb import DIALECT as ebb
 from handout.plotting.driver import connect
 from handout.plotting.jobs import runner, store
 from handout.plotting.jobs.store import JobOptions
-from handout.simulated.plotter import SimulatedPlotter
 from handout.simulated.plotter.options import SimulatorOptions as Simulated
 from handout_lab.ink_comparison import compare
+from handout_lab.simulated import FaultyPlotter
 
 AXIDRAW = profiles.find("axidraw-v3", "plotter")
 DRAWING = page(words=2)
@@ -49,7 +49,7 @@ def no_waiting_for_the_disk(monkeypatch):
     ("version", "after"), [("2.4.5", 0), ("2.4.5", 90), ("2.8.1", 0), ("2.8.1", 40), ("3.0.0", 12), ("3.0.0", 10**6)]
 )
 def test_it_holds_and_goes_on(tmp_path, version, after):
-    plotter = SimulatedPlotter(AXIDRAW, Simulated(fault="button", after=after, firmware=version))
+    plotter = FaultyPlotter(AXIDRAW, Simulated(fault="button", after=after, firmware=version))
     job, person = store.create([DRAWING], AXIDRAW, JobOptions(overlap=6.0), place=tmp_path), Watching(plotter)
     runner.run_job(job, lambda: plotter, person)
     assert job.standing().finished and not plotter.pen_is_down
@@ -64,7 +64,7 @@ def test_it_holds_and_goes_on(tmp_path, version, after):
 
 
 def test_only_who_heeds_it_is_stopped():
-    plotter = SimulatedPlotter(AXIDRAW, Simulated())
+    plotter = FaultyPlotter(AXIDRAW, Simulated())
     controller = connect(plotter, AXIDRAW, lambda _: None)
     plotter.firmware.press()
     controller.heed_button()  # what was pressed before does not count
@@ -76,7 +76,7 @@ def test_only_who_heeds_it_is_stopped():
         for data in commands:
             controller.send(data)
     assert not controller.was_button_pressed()
-    careless = ebb.connect(SimulatedPlotter(AXIDRAW, Simulated(fault="button", after=5)), AXIDRAW, lambda _: None)
+    careless = ebb.connect(FaultyPlotter(AXIDRAW, Simulated(fault="button", after=5)), AXIDRAW, lambda _: None)
     for data in commands:
         careless.send(data)
     careless.finish()
@@ -84,7 +84,7 @@ def test_only_who_heeds_it_is_stopped():
 
 
 def test_nobody_comes_to_press_it_again(tmp_path):
-    plotter = SimulatedPlotter(AXIDRAW, Simulated(fault="button", after=40))
+    plotter = FaultyPlotter(AXIDRAW, Simulated(fault="button", after=40))
     job, person = store.create([DRAWING], AXIDRAW, JobOptions(overlap=6.0), place=tmp_path), Watching(plotter)
     with pytest.raises(DeviceAlarm, match=r"nobody has pressed again for 5 s: the pen is lifted"):
         runner.run_job(job, lambda: plotter, person, runner.RunOptions(patience=5.0))

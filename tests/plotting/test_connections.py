@@ -10,7 +10,7 @@ from handout.plotting import connections, open_port, ports
 from handout.plotting.dialects import dialect
 from handout.plotting.ports import SerialDevice as Device
 from handout.simulated.plotter.options import parse
-from handout.simulated.plotter.port import SimulatedPlotter
+from handout_lab.simulated import FaultyPlotter
 
 SERVO = profiles.find("simulated", "plotter")
 CH340, FTDI = (0x1A86, 0x7523), (0x0403, 0x6001)
@@ -53,7 +53,7 @@ def at(**who):
 
 
 def grbl(options=""):
-    return lambda: SimulatedPlotter(SERVO, parse(options))
+    return lambda: FaultyPlotter(SERVO, parse(options))
 
 
 @pytest.mark.parametrize(
@@ -148,7 +148,7 @@ def test_ports_are_told_with_their_usb_ids(monkeypatch):
     [("simulated", "grbl"), ("axidraw-v3", "ebb"), ("marlin-servo", "marlin"), ("hp-7475a", "hpgl")],
 )
 def test_every_dialect_is_told_from_the_others(name, spoken):
-    port = SimulatedPlotter(profiles.find(name, "plotter"))
+    port = FaultyPlotter(profiles.find(name, "plotter"))
     answer = connections.ask(port, ["grbl", "ebb", "marlin", "hpgl"])
     assert answer is not None and answer.dialect == spoken
     assert len(port.paper.trace) == 1  # nothing has moved

@@ -16,9 +16,9 @@ from handout.plotting import bed
 from handout.plotting.jobs import runner, store
 from handout.plotting.jobs.pages import NewPage, ProducerProcess
 from handout.plotting.jobs.store import JobOptions, load
-from handout.simulated.plotter import SimulatedPlotter
 from handout.values import Drawing
 from handout_lab.ink_comparison import compare
+from handout_lab.simulated import FaultyPlotter
 
 PROFILE = profiles.find("simulated", "plotter")
 OVERLAP = 6.0
@@ -73,7 +73,7 @@ class Desk:
     """A plotter with somebody who puts in sheets and pushes the pen to its zero; what was drawn lies in a heap."""
 
     def __init__(self):
-        self.plotter, self.heap, self.asked = SimulatedPlotter(PROFILE), [], []
+        self.plotter, self.heap, self.asked = FaultyPlotter(PROFILE), [], []
         self.sheet()
 
     def sheet(self):

@@ -9,8 +9,8 @@ from handout.plotting import pen_heights
 from handout.plotting.driver import connect, park
 from handout.plotting.jobs import runner, store
 from handout.plotting.jobs.store import JobOptions
-from handout.simulated.plotter import SimulatedPlotter
 from handout.simulated.plotter.options import SimulatorOptions as Simulated
+from handout_lab.simulated import FaultyPlotter
 
 MACHINES = ["simulated", "grbl-z", "axidraw-v3", "marlin-servo", "prusa-mk3", "hp-7475a", "midtbot"]
 
@@ -18,7 +18,7 @@ MACHINES = ["simulated", "grbl-z", "axidraw-v3", "marlin-servo", "prusa-mk3", "h
 @pytest.fixture
 def machine(request):
     profile = profiles.find(request.param, "plotter")
-    return SimulatedPlotter(profile, Simulated())
+    return FaultyPlotter(profile, Simulated())
 
 
 def again(plotter):
@@ -89,7 +89,7 @@ def test_a_machine_that_stays_where_it_is_keeps_its_zero():
     """Going somewhere must not call that place zero, even where zero is where the pen stands at the beginning."""
     profile = profiles.find("marlin-servo", "plotter")
     here = msgspec.structs.replace(profile, bed=msgspec.structs.replace(profile.bed, zero="here"))
-    plotter = SimulatedPlotter(here, Simulated())
+    plotter = FaultyPlotter(here, Simulated())
     controller = again(plotter)
     controller.zero()
     controller.go(30.0, 20.0)
@@ -111,7 +111,7 @@ def test_home_after_an_interrupt(tmp_path, monkeypatch, name, home_after):
     from cursive import page
 
     monkeypatch.setattr("os.fsync", lambda handle: None)
-    plotter = SimulatedPlotter(profiles.find(name, "plotter"), Simulated())
+    plotter = FaultyPlotter(profiles.find(name, "plotter"), Simulated())
     job = store.create([page(words=2)], plotter.profile, JobOptions(overlap=6.0), place=tmp_path)
 
     def stop(share, left):
@@ -144,7 +144,7 @@ def test_other_heights_of_the_pen():
 
 
 def test_a_plotter_that_was_stopped_within_relative_vectors_goes_where_it_is_told():
-    plotter = SimulatedPlotter(profiles.find("hp-7475a", "plotter"), Simulated())
+    plotter = FaultyPlotter(profiles.find("hp-7475a", "plotter"), Simulated())
     controller = again(plotter)
     controller.go(30.0, 20.0)
     plotter.write(b"PR40,40;")

@@ -16,14 +16,14 @@ from handout.plotting import observation, plan, plot_report, run
 from handout.plotting.dialects import dialect
 from handout.plotting.observation import Observer
 from handout.profiles import Acceleration
-from handout.simulated.plotter import SimulatedPlotter
 from handout.simulated.plotter.options import SimulatorOptions
+from handout_lab.simulated import FaultyPlotter
 
 DRAWING = dataclasses.replace(page(words=4), about={"words": ["kept", "in", "the", "harbour"]})
 TELLING = ["simulated", "grbl-z", "axidraw-v3", "marlin-servo"]
 
 
-class Away(SimulatedPlotter):
+class Away(FaultyPlotter):
     """A host that is away for a while before every so many writes; the machine goes on with what it has."""
 
     every, away, writes = 0, 0.0, 0
@@ -80,7 +80,7 @@ def test_rests_are_found_where_they_are(name, every, away):
     assert correlation < 0.97 and measured == pytest.approx(correlation, abs=0.15)
 
 
-class Late(SimulatedPlotter):
+class Late(FaultyPlotter):
     """A host that hears some answers late, since its processor is busy, but never lets the queue run dry."""
 
     rng, mean = None, 0.0
@@ -140,7 +140,7 @@ def test_where_it_rested_is_told_in_words_and_figures():
 
 def test_a_real_machine_is_measured_too():
     """Over a port of which nothing but bytes is known."""
-    plotter = SimulatedPlotter(profile_of("simulated"))
+    plotter = FaultyPlotter(profile_of("simulated"))
 
     class Cable:
         def write(self, data):
@@ -174,13 +174,13 @@ def test_nothing_is_known_of_dots():
         dataclasses.replace(stroke, t=stroke.t[:1], xy=stroke.xy[:1]) for stroke in DRAWING.strokes[:2]
     ))  # fmt: skip
     profile = profile_of("simulated")
-    report = run(plan(dots, profile), SimulatedPlotter(profile), profile)
+    report = run(plan(dots, profile), FaultyPlotter(profile), profile)
     assert "too short" in report.observation.unknown and not plot_report.facts([report])["measured"]
 
 
 def test_a_machine_of_other_limits_is_measured_by_the_plan_that_was_drawn():
     profile = profile_of("simulated")
     slow = msgspec.structs.replace(profile.limits, acceleration=Acceleration(600.0))
-    plotter = SimulatedPlotter(profile, SimulatorOptions(acceleration=600.0))
+    plotter = FaultyPlotter(profile, SimulatorOptions(acceleration=600.0))
     report = run(plan(DRAWING, profile), plotter, profile)
     assert report.plan.profile.limits.acceleration == slow.acceleration and report.observation.rests == ()

@@ -8,7 +8,7 @@ import pytest
 from handout import profiles, shipped
 from handout.errors import InputError
 from handout.plotting import driver, pen_heights
-from handout.simulated.plotter import SimulatedPlotter
+from handout_lab.simulated import FaultyPlotter
 
 
 def touches(port):
@@ -44,7 +44,7 @@ class Looking:
 
 def met(name):
     profile = profiles.find(name, "plotter")
-    port = SimulatedPlotter(profile)
+    port = FaultyPlotter(profile)
     return profile, port, driver.connect(port, profile, lambda _: None)
 
 

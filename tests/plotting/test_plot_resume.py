@@ -10,9 +10,9 @@ from handout.errors import DeviceError, InputError
 from handout.plotting.jobs import runner, store
 from handout.plotting.jobs.places import START, DrawnPlace, find_place
 from handout.plotting.jobs.store import JobOptions
-from handout.simulated.plotter import SimulatedPlotter
 from handout.simulated.plotter.options import SimulatorOptions as Simulated
 from handout_lab.ink_comparison import compare
+from handout_lab.simulated import FaultyPlotter
 
 PROFILE, ON_Z = profiles.find("simulated", "plotter"), profiles.find("grbl-z", "plotter")
 HOMING = msgspec.structs.replace(PROFILE, homing=True)
@@ -78,7 +78,7 @@ class Stop:
 @pytest.mark.parametrize("profile", [PROFILE, ON_Z, HOMING, HERE], ids=["servo", "z", "homing", "here"])
 @pytest.mark.parametrize("share", [0.05, 0.3, 0.6])
 def test_ctrl_c_loses_nothing_and_draws_nothing_twice(tmp_path, profile, share):
-    job, plotter, person, words = made(tmp_path, profile), SimulatedPlotter(profile), Somebody(), []
+    job, plotter, person, words = made(tmp_path, profile), FaultyPlotter(profile), Somebody(), []
     with pytest.raises(KeyboardInterrupt):
         runner.run_job(job, lambda: plotter, person, progress=Stop(share))
     assert not plotter.pen_is_down and job.standing().stopped == "it was interrupted"
@@ -93,7 +93,7 @@ def test_ctrl_c_loses_nothing_and_draws_nothing_twice(tmp_path, profile, share):
 @pytest.mark.parametrize("profile", [PROFILE, ON_Z, HERE], ids=["servo", "z", "here"])
 @pytest.mark.parametrize("after", [9, 60, 130, 200])
 def test_the_cable_is_pulled_and_the_machine_goes_on_with_what_it_has(tmp_path, profile, after):
-    plotter = SimulatedPlotter(profile, Simulated(fault="unplugged", after=after))
+    plotter = FaultyPlotter(profile, Simulated(fault="unplugged", after=after))
     job, person, words = made(tmp_path, profile), Somebody(), []
     with pytest.raises(DeviceError):
         runner.run_job(job, lambda: plotter, person)
@@ -108,7 +108,7 @@ def test_the_cable_is_pulled_and_the_machine_goes_on_with_what_it_has(tmp_path, 
     ("profile", "after"), [(PROFILE, 40), (ON_Z, 170), (HOMING, 40), (HERE, 170)], ids=["servo", "z", "homing", "here"]
 )
 def test_a_machine_that_forgot_its_place_is_asked_about(tmp_path, fault, profile, after):
-    plotter = SimulatedPlotter(profile, Simulated(fault=fault, after=after))
+    plotter = FaultyPlotter(profile, Simulated(fault=fault, after=after))
     job, person = made(tmp_path, profile), Somebody(plotter)
     with pytest.raises(DeviceError):
         runner.run_job(job, lambda: plotter, person)
@@ -125,7 +125,7 @@ def test_a_machine_that_forgot_its_place_is_asked_about(tmp_path, fault, profile
 @pytest.mark.parametrize("fault", ["unplugged", "power-cut", "lost-byte"])
 def test_a_plotter_of_vectors_finds_its_zero_by_itself(tmp_path, fault):
     profile = profiles.find("hp-7475a", "plotter")
-    plotter, person = SimulatedPlotter(profile, Simulated(fault=fault, after=60)), Somebody()
+    plotter, person = FaultyPlotter(profile, Simulated(fault=fault, after=60)), Somebody()
     job = made(tmp_path, profile)
     with pytest.raises((DeviceError, KeyboardInterrupt)):
         runner.run_job(job, lambda: plotter, person, progress=Stop(0.9))
@@ -151,7 +151,7 @@ ELSEWHERE = {
 @pytest.mark.parametrize("name", ELSEWHERE)
 def test_a_place_where_the_plot_has_not_led_is_not_believed(tmp_path, name):
     profile = msgspec.structs.replace(profiles.find(name, "plotter"), homing=False)
-    plotter, words = SimulatedPlotter(profile), []
+    plotter, words = FaultyPlotter(profile), []
     job, person = made(tmp_path, profile), Somebody(plotter)
     with pytest.raises(KeyboardInterrupt):
         runner.run_job(job, lambda: plotter, person, progress=Stop(0.4))
@@ -167,7 +167,7 @@ def test_a_place_where_the_plot_has_not_led_is_not_believed(tmp_path, name):
 @pytest.mark.parametrize("name", ["simulated", "marlin-servo"])
 def test_homing_forgets_what_another_program_counts_from(tmp_path, name):
     profile = msgspec.structs.replace(profiles.find(name, "plotter"), homing=True)
-    plotter = SimulatedPlotter(profile)
+    plotter = FaultyPlotter(profile)
     job, person = made(tmp_path, profile), Somebody(plotter)
     with pytest.raises(KeyboardInterrupt):
         runner.run_job(job, lambda: plotter, person, progress=Stop(0.4))
@@ -182,7 +182,7 @@ def test_homing_forgets_what_another_program_counts_from(tmp_path, name):
 
 @pytest.mark.parametrize("profile", [PROFILE, profiles.find("axidraw-v3", "plotter")], ids=lambda p: p.name)
 def test_on_its_way_back_to_zero_a_plotter_is_believed(tmp_path, profile):
-    plotter, person, words = SimulatedPlotter(profile), Somebody(), []
+    plotter, person, words = FaultyPlotter(profile), Somebody(), []
     job = made(tmp_path, profile)
     with pytest.raises(KeyboardInterrupt):
         runner.run_job(job, lambda: plotter, person, progress=Stop(0.4))
@@ -205,7 +205,7 @@ def test_on_its_way_back_to_zero_a_plotter_is_believed(tmp_path, profile):
 
 @pytest.mark.slow
 def test_again_and_again(tmp_path):
-    plotter, person = SimulatedPlotter(PROFILE), Somebody()
+    plotter, person = FaultyPlotter(PROFILE), Somebody()
     job = made(tmp_path, drawings=(LONGER,))
     for share in (0.1, 0.12, 0.3, 0.5, 0.51, 0.9, 0.97):
         with pytest.raises(KeyboardInterrupt):
@@ -216,7 +216,7 @@ def test_again_and_again(tmp_path):
 
 
 def test_a_person_puts_it_right_and_the_same_program_goes_on(tmp_path):
-    plotter = SimulatedPlotter(PROFILE, Simulated(fault="unplugged", after=100))
+    plotter = FaultyPlotter(PROFILE, Simulated(fault="unplugged", after=100))
 
     class Patient(Somebody):
         def try_again(self, error):
@@ -230,7 +230,7 @@ def test_a_person_puts_it_right_and_the_same_program_goes_on(tmp_path):
 
 
 def test_nobody_is_there_to_push_the_pen_to_its_zero(tmp_path):
-    plotter = SimulatedPlotter(PROFILE, Simulated(fault="power-cut", after=100))
+    plotter = FaultyPlotter(PROFILE, Simulated(fault="power-cut", after=100))
     job = made(tmp_path)
     with pytest.raises(DeviceError):
         runner.run_job(job, lambda: plotter, Somebody())

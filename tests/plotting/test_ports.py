@@ -13,6 +13,7 @@ from handout import profiles
 from handout.errors import InputError, PortError
 from handout.plotting import observation, open_port, plan, run, serial_ports
 from handout.simulated.plotter import SimulatedPlotter
+from handout_lab.simulated import FaultyPlotter
 
 PROFILE = profiles.find("simulated", "plotter")
 posix = pytest.mark.skipif(sys.platform == "win32", reason="needs pseudo-terminals")
@@ -71,7 +72,7 @@ def test_a_plot_through_a_serial_line():
 
     tty.setraw(outer)
     os.set_blocking(inner, False)
-    plotter, end = SimulatedPlotter(PROFILE), threading.Event()
+    plotter, end = FaultyPlotter(PROFILE), threading.Event()
 
     def read():
         with contextlib.suppress(BlockingIOError):
@@ -103,7 +104,7 @@ def test_a_plot_through_a_serial_line():
 @pytest.mark.slow
 def test_a_plot_through_a_socket_and_a_broken_connection():
     server = socket.create_server(("127.0.0.1", 0))
-    plotter, end = SimulatedPlotter(PROFILE), threading.Event()
+    plotter, end = FaultyPlotter(PROFILE), threading.Event()
     ended = threading.Event()
 
     def accept():

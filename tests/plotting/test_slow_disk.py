@@ -17,9 +17,9 @@ from handout.errors import InputError
 from handout.plotting.jobs import journal, runner, store
 from handout.plotting.jobs.journal import PlotJournal, read_progress
 from handout.plotting.jobs.places import DrawnPlace
-from handout.simulated.plotter import SimulatedPlotter
 from handout.simulated.plotter.options import SimulatorOptions as Simulated
 from handout_lab.ink_comparison import compare
+from handout_lab.simulated import FaultyPlotter
 
 MACHINES = ["simulated", "grbl-z", "axidraw-v3", "marlin-servo"]
 DRAWING = page(words=3)
@@ -67,7 +67,7 @@ def late(monkeypatch):
 def test_a_disk_that_takes_a_second_does_not_stop_the_pen(tmp_path, late, name):
     clock, disk = late
     waiting = disk(1.0)
-    plotter = SimulatedPlotter(profile_of(name), clock=clock)
+    plotter = FaultyPlotter(profile_of(name), clock=clock)
     job, report, said = plotted(tmp_path, plotter)
     assert rests(report.plan.intended_drawing(), plotter.executed_drawing()) == [] and report.observation.rests == ()
     assert report.unsecured > 20 and report.unsecured <= LONGEST * 1.02
@@ -83,7 +83,7 @@ def test_a_disk_that_takes_a_second_does_not_stop_the_pen(tmp_path, late, name):
 def test_a_quick_disk_keeps_the_overlap_and_nothing_is_said(tmp_path, late, name, overlap):
     clock, disk = late
     disk(0.01)
-    plotter = SimulatedPlotter(profile_of(name), clock=clock)
+    plotter = FaultyPlotter(profile_of(name), clock=clock)
     _, report, said = plotted(tmp_path, plotter, overlap)
     assert said == [] and report.unsecured <= overlap
     assert report.executed_s == pytest.approx(report.announced_s, rel=0.07)
@@ -92,7 +92,7 @@ def test_a_quick_disk_keeps_the_overlap_and_nothing_is_said(tmp_path, late, name
 def test_short_strokes_keep_the_overlap_on_a_slow_disk_too(tmp_path, late):
     clock, disk = late
     disk(0.5)
-    plotter = SimulatedPlotter(profile_of("simulated"), clock=clock)
+    plotter = FaultyPlotter(profile_of("simulated"), clock=clock)
     _, report, said = plotted(tmp_path, plotter, overlap=LONGEST + 25.0)
     assert said == [] and report.unsecured <= LONGEST + 25.0
     assert rests(report.plan.intended_drawing(), plotter.executed_drawing()) == []
@@ -144,7 +144,7 @@ class Held:
         assert self.free.wait(30.0), "the plot waited for the disk"
 
 
-class Lifting(SimulatedPlotter):
+class Lifting(FaultyPlotter):
     """Holds the disk when the pen is lowered, and frees it when the command to lift it has come."""
 
     held = None
@@ -179,7 +179,7 @@ def test_an_error_of_the_disk_within_a_stroke_lifts_the_pen(tmp_path, monkeypatc
         if len(calls) > 12:
             raise OSError(number, os.strerror(number))
 
-    plotter = SimulatedPlotter(profile_of("simulated"))
+    plotter = FaultyPlotter(profile_of("simulated"))
     job = store.create([DRAWING], plotter.profile, store.JobOptions(), place=tmp_path)
     monkeypatch.setattr("os.fsync", full)
     with pytest.raises(InputError, match=f"Cannot write the journal .*: {os.strerror(number)}"):
@@ -196,7 +196,7 @@ def test_an_error_of_the_disk_within_a_stroke_lifts_the_pen(tmp_path, monkeypatc
 def test_what_is_known_is_on_the_disk_after_an_interrupt_that_finds_it_busy(tmp_path, late):
     clock, disk = late
     disk(1.0)
-    plotter = SimulatedPlotter(profile_of("simulated"), clock=clock)
+    plotter = FaultyPlotter(profile_of("simulated"), clock=clock)
     job = store.create([DRAWING], plotter.profile, store.JobOptions(), place=tmp_path)
 
     def stop(done, left):

@@ -1,11 +1,12 @@
 """Glyphs off their pages: nothing of the line is lost, and ways begin and end where the pen went."""
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 import pytest
 
-from handout.writing.forms import _clear
+from handout.writing.forms import _clear, _undotted
 
 
 @pytest.mark.slow
@@ -63,3 +64,16 @@ def test_what_two_ways_share_is_the_letter_s():
     assert _clear(path, [np.array([20, 0, 1, 2])], [np.array([9, 8, 30])]).tolist() == [2, 3, 4, 5, 6, 7, 8]
     assert _clear(path, [np.array([0])], [np.array([9])]).tolist() == path.tolist()
     assert len(_clear(path, [path], [path])) == 2
+
+
+def test_a_letter_without_a_dot_is_written_without_the_dot_of_another(small_hand):
+    found = 0
+    for number in small_hand.numbers_of_letter("i").tolist():
+        glyph = small_hand.glyphs[number]
+        page = small_hand.pages[glyph.page]
+        assert np.array_equal(_undotted(small_hand, glyph), glyph.vertices)
+        lost = np.setdiff1d(glyph.vertices, _undotted(small_hand, replace(glyph, letter="n")))
+        height = page.base(glyph.line, page.graph.uv[lost, 0]) - page.graph.uv[lost, 1]
+        assert len(lost) < len(glyph.vertices) and (height > page.x_height / page.pixel).all()
+        found += len(lost) > 0
+    assert found

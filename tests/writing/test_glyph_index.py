@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from handout.hand.author_reader import misread
+from handout.hand.author_reader import find_odd_rarities
 from handout.hand.scanned import ScannedHand
 from handout.values import LineGraph
 from handout.writing.glyph_index import (
@@ -139,7 +139,7 @@ def test_a_rare_letter_that_nobody_but_its_author_reads_costs_as_much_as_a_lent_
     glyphs = list(small_hand.glyphs)
     glyphs[number] = replace(glyphs[number], letter="k")
     wrong = replace(small_hand, glyphs=tuple(glyphs))
-    assert not misread(small_hand)[number] and misread(wrong)[number]
+    assert not find_odd_rarities(small_hand)[number] and find_odd_rarities(wrong)[number]
     assert doubt(wrong)[number] >= WEIGHTS.lent and better_lent(wrong, "k") and not better_lent(small_hand, "p")
 
 

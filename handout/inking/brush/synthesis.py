@@ -3,8 +3,8 @@
 What a segment costs in its place: how far from head and tail it was painted, how its spine bent, and how much of the
 paper it covers in how many streaks, against those of a *guide*, one of the ribbons laid out over the whole stroke.  So
 a stroke runs dry as a real one does; without it the cheapest rows are solid ink, whose borders all fit.  What one
-costs after another: how their ink and their edges differ at the border.  The row is found exactly but for what comes
-again, which every survivor of the search has to pay for; the two passes of the seed are there to be compared with.
+costs after another: how their ink and their edges differ at the border.  The row is found but for what comes again,
+which every survivor of the search has to pay for, and for ways from survivors that cost much more than others.
 
 Source: seed 004, eq. 1–10 (each pair of neighbours counted once); the guide, the costs of repeating: own method.
 """
@@ -14,7 +14,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,7 +24,6 @@ from handout.inking.brush.ribbon import SEGMENTS, Ribbon
 from handout.values import Array, Indices
 from handout.writing.choosing import fading_cost
 
-Method = Literal["optimal", "two-pass"]
 _Costs = NDArray[np.floating[Any]]  # float32 in fact, for speed
 
 _NEAR = 1.0  # widths from an end within which the distance from it matters, a Gaussian's deviation
@@ -39,6 +38,8 @@ _SEEN = 32  # segments until a stroke may show one again at no cost
 # painted from eight, a stroke shares .59 of its segments with the one most like it, .69 at .25 and 96 and with
 # guides forgotten sooner; more makes more joints
 _LATELY, _FORGOTTEN = 0.5, 300
+# of a place, from which all segments of the next are reached: sums of costs are within .01 of those from all
+_SURVIVORS = 32
 _CHANCE = 0.1  # of the perturbation by which two strokes differ
 _LENGTH = 2.0  # how much rather a stroke is guided by one of its own length
 _WET = 3.5 * SEGMENTS  # segments: much shorter strokes are rather guided by those that cover well from the start
@@ -69,26 +70,39 @@ class _Walk:
     """
 
     def __init__(self, borders: _Costs, same: Indices) -> None:
-        self._after, self._same = np.ascontiguousarray(borders.T), same
-        self._again = np.zeros((int(same.max()) + 1, len(same)), np.float32)
-        self._again[same, np.arange(len(same))] = _AGAIN
-        self._total, self._next = np.empty_like(self._after), np.empty_like(self._again)
+        self._borders, self._same, self._every = borders, same, np.arange(len(same))
+        # of each survivor the place where it showed each number last
+        self._shown = np.full((len(same), int(same.max()) + 1), -_SEEN, np.int32)
+        self._shown[self._every, same] = 0
+        self._next = np.empty_like(self._shown)
+        self._own = borders.argmin(axis=0)  # of each segment that which it follows at least cost
+        self._follow = borders[self._own, self._every]
         self._origins = list[Indices]()
 
     def totals(self, costs: _Costs) -> Array:
-        """As `chains.ChainStep`."""
-        np.take(self._again, self._same, axis=0, out=self._total, mode="clip")
-        self._total += self._after
-        self._total += costs
-        origin = self._total.argmin(axis=1)
+        """As `chains.ChainStep`, from the cheapest survivors, and from that which goes on in its own photograph."""
+        place = len(self._origins)
+        few = np.argpartition(costs, _SURVIVORS)[:_SURVIVORS] if len(costs) > _SURVIVORS else self._every
+        again = self._cost_again(np.take(self._shown, few, axis=0), place)
+        total = np.take(again, self._same, axis=1)
+        total += np.take(self._borders, few, axis=0)
+        total += costs[few, None]
+        best = total.argmin(axis=0)
+        on = self._cost_again(self._shown[self._own, self._same], place) + self._follow + costs[self._own]
+        least = total[best, self._every]
+        origin = np.where(on <= least, self._own, few[best])
         self._origins.append(origin)
-        least: Array = self._total[np.arange(len(origin)), origin]
-        np.take(self._again, origin, axis=1, out=self._next, mode="clip")
-        self._next -= np.float32(_AGAIN / _SEEN)
-        np.maximum(self._next, 0, out=self._next)
-        self._next[self._same, np.arange(len(origin))] = _AGAIN
-        self._again, self._next = self._next, self._again
-        return least
+        np.take(self._shown, origin, axis=0, out=self._next, mode="clip")
+        self._next[self._every, self._same] = place + 1
+        self._shown, self._next = self._next, self._shown
+        return np.asarray(np.minimum(on, least))
+
+    @staticmethod
+    def _cost_again(shown: NDArray[np.int32], place: int) -> _Costs:
+        """What it costs to show again after a place what was shown last at others."""
+        return np.asarray(
+            np.maximum(np.float32(_AGAIN) - np.float32(_AGAIN / _SEEN) * (place - shown).astype(np.float32), 0)
+        )
 
     def origin(self, costs: _Costs, state: int) -> int:
         """As `chains.ChainStep`; asked from the last place to the first."""
@@ -232,10 +246,8 @@ class Library:
         """Of a row of segments, with what each costs in its place, (m, n)."""
         return float(costs[np.arange(len(row)), row].sum() + self.borders[row[:-1], row[1:]].sum())
 
-    def row(self, costs: Array, method: Method = "optimal") -> Indices:
-        """(m,): the segments of a stroke: the cheapest, among which what came lately costs more, or by two passes."""
-        if method == "two-pass":
-            return two_pass(costs, self.borders)
+    def row(self, costs: Array) -> Indices:
+        """(m,): the segments of a stroke: the cheapest, among which what came lately costs more."""
         walk = _Walk(self.borders.astype(np.float32), self.segment_numbers)
         return np.array(viterbi(list(costs.astype(np.float32)), [walk] * (len(costs) - 1)), dtype=np.intp)
 
@@ -270,20 +282,6 @@ class SegmentChooser:
         self._used[library.segment_numbers[row]] = self._painted + np.arange(len(row))
         self._painted += len(row)
         return row
-
-
-def two_pass(costs: Array, borders: Array) -> Indices:
-    """(m,): the seed's own row: the best after what is there, and then each anew between its neighbours.
-
-    Source: seed 004, §3.3.
-    """
-    row = [int(costs[0].argmin())]
-    for here in costs[1:]:
-        row.append(int((here + borders[row[-1]]).argmin()))
-    for i, here in enumerate(costs):
-        total = here + (borders[row[i - 1]] if i else 0) + (borders[:, row[i + 1]] if i + 1 < len(row) else 0)
-        row[i] = int(total.argmin())
-    return np.array(row, dtype=np.intp)
 
 
 def count_since_same(same: Indices) -> Indices:

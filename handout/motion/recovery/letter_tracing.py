@@ -50,8 +50,8 @@ from handout.motion.recovery.network import (
 from handout.motion.recovery.traversal import Traversal, beam_search, form_guides, guided_search
 from handout.values import Array, Indices
 
-_TRAVERSALS = 16  # that are compared
-_MARGIN = 7.0  # a traversal that costs so much more than the cheapest is dropped, however like a form it is
+_TRAVERSALS = 32  # that are compared
+_MARGIN = 10.0  # a traversal that costs so much more than the cheapest is dropped, however like a form it is
 _FORMS = 6  # forms that they are compared with
 _ALONG = 16  # places of a stroke that tell whether a form delays it
 

@@ -38,6 +38,7 @@ _ALIKE = 3  # traversals kept that have covered the same branches and stand at t
 _LIFTS = 6  # places where a lifted pen may land
 _DEEP = 7  # branches that are retraced in one go
 _ROUNDED = 1e-9  # costs that differ less may be equal
+_FREE = 5.0  # of going back, at the end, over a line whose ink does not tell of it; set on one writer's words
 _PLACES = 6  # of a branch that are compared with a form
 
 _Strokes: TypeAlias = tuple[tuple[int, ...], ...]
@@ -87,8 +88,6 @@ def guided_search(
     ends: Ends = NO_ENDS,
     *,
     weights: CostWeights = WEIGHTS,
-    most: int = 1,
-    width: int = _GUIDED,
 ) -> list[Traversal]:
     """The traversals that follow each of some guides best, with what they cost without a guide; see `beam_search`."""
     costs = edge_costs(net, x_height, ends, weights)
@@ -96,7 +95,7 @@ def guided_search(
     guided = {
         strokes
         for guide in guides
-        for _, strokes in _search(_with_guide(costs, guide), np.add(first, guide.first).tolist(), weights, most, width)
+        for _, strokes in _search(_with_guide(costs, guide), np.add(first, guide.first).tolist(), weights, 1, _GUIDED)
     }
     return [Traversal(strokes, _cost(strokes, costs, first, weights)) for strokes in sorted(guided)]
 
@@ -130,7 +129,7 @@ def _search(
     done = [
         (last[0] + costs.leaving[last[1] ^ 1] + sum(cost for bit, cost in doubtful if not last[3] & bit), last)
         for state in states
-        for last in _ways_out(state, costs)
+        for last in _ways_out(state, costs, _FREE)
     ]
     done.sort(key=itemgetter(0))
     return [(cost, _strokes(state)) for cost, state in done[:most]]
@@ -193,14 +192,15 @@ def _steps(state: _State, costs: EdgeCosts, weights: CostWeights, reached: list[
                     break
 
 
-def _ways_out(state: _State, costs: EdgeCosts) -> list[_State]:
-    """A traversal before the pen is lifted, and after it has gone back over what the ink tells was passed twice."""
+def _ways_out(state: _State, costs: EdgeCosts, free: float = 0.0) -> list[_State]:
+    """A traversal before the pen is lifted, and after it has gone back where ink tells so or costs are under `free`."""
     found = [state]
     for before in found:
         cost, arrived, covered, twice, thrice, _, _ = before
         for end, turning in costs.turning[arrived ^ 1]:
             bit = 1 << (end >> 1)
-            if covered & bit and not twice & bit and turning + costs.again[end] < costs.once[end >> 1]:
+            more = turning + costs.again[end] - costs.once[end >> 1]
+            if covered & bit and not twice & bit and (more < 0 or cost - state[0] + more < free):
                 found.append((cost + turning + costs.again[end], end, covered, twice | bit, thrice, before, False))
     return found
 

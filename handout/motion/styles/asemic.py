@@ -9,13 +9,15 @@ Source: seed 003, §4.2 and fig. 11 (tournament selection and partially mapped c
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
 from handout.errors import InputError
-from handout.motion.styles.learned_movement import through_targets
+from handout.motion.styles.learned_movement import see_manner, see_strokes, through_targets
+from handout.motion.styles.manner import BUILT, manner_distance
 from handout.motion.styles.restyling import (
     TargetSequence,
     add_flicks,
@@ -40,6 +42,7 @@ _MUTATION = 0.25  # share of children of which two targets change places
 _ELITE = 2
 _DOWN, _RIGHT = 0.5, 0.35  # reward of a way down and to the right, in lengths
 _LEAST_WAYS, _WAYS = 6, 1.4  # of a tag that is invented; usual ways in the height of its letters
+_TRIES = 24  # tags in a learned style, of which one is taken
 _LEAST_TURN = 0.35  # of an even share of the circle between neighbouring targets
 
 
@@ -64,12 +67,23 @@ def tag(letters: int, style: Style, page: Page, rng: np.random.Generator, built:
     if built is not None and built.model is not None and built.model.structure is not None:
         if style.model is None:
             raise InputError(f"structure: {style.name} moves by rules; a learned structure needs a learned style.")
-        new = built.model.structure.invent(rng, style.learned.temperature, built.primer, _LEAST_WAYS)
-        strokes = through_targets([new.targets[part] for part in new.parts], style, rng, _WAYS)
-        return _place_strokes(strokes, page, {"title": "A tag", "style": style.name})
+        tried = list[tuple[Stroke, ...]]()
+        for _ in range(_TRIES):
+            new = built.model.structure.invent(rng, style.learned.temperature, built.primer, _LEAST_WAYS)
+            tried.append(through_targets([new.targets[part] for part in new.parts], style, rng, _WAYS))
+        return _place_strokes(_choose_tag(tried, style, built), page, {"title": "A tag", "style": style.name})
     if not 1 <= letters <= MOST_LETTERS:
         raise InputError(f"letters: {letters} is outside 1 to {MOST_LETTERS}.")
-    # glyphs side by side, 1 high; those at the ends larger
+    about = {"title": f"A tag of {letters}", "style": style.name, "letters": letters}
+    if style.model is not None:
+        tried = [through_targets(_throw_letters(letters, style, rng), style, rng, _HEIGHT) for _ in range(_TRIES)]
+        return _place_strokes(_choose_tag(tried, style, style), page, about)
+    parts = [_target_sequence(points, style) for points in _throw_letters(letters, style, rng)]
+    return _place_strokes(draw_sequences(parts, style, _HEIGHT, rng), page, about)
+
+
+def _throw_letters(letters: int, style: Style, rng: np.random.Generator) -> list[Array]:
+    """Targets (m, 2) of glyphs side by side, 1 high, those at the ends larger; joined, if the style joins."""
     reached, forms = 0.0, []
     for number in range(letters):
         size = 1 + _SWELL * (letters > 2 and number in (0, letters - 1))
@@ -79,11 +93,15 @@ def tag(letters: int, style: Style, page: Page, rng: np.random.Generator, built:
         forms.append(form)
     joined = [join_targets(forms, style.ligature.turn)[0]] if style.ligature.reach > 0 else forms
     lean = np.array([[style.form.stretch, 0.0], [-math.tan(style.form.shear), 1.0]])
-    about = {"title": f"A tag of {letters}", "style": style.name, "letters": letters}
-    if style.model is not None:
-        return _place_strokes(through_targets([points @ lean for points in joined], style, rng, _HEIGHT), page, about)
-    parts = [_target_sequence(points @ lean, style) for points in joined]
-    return _place_strokes(draw_sequences(parts, style, _HEIGHT, rng), page, about)
+    return [points @ lean for points in joined]
+
+
+def _choose_tag(tried: Sequence[tuple[Stroke, ...]], style: Style, built: Style) -> tuple[Stroke, ...]:
+    """Of some tags that which looks most like the examples: moved like the style's, built like that of `built`."""
+    if style.primer is None or built.primer is None:
+        return tried[0]
+    wanted = np.where(BUILT, see_manner(built), see_manner(style))
+    return min(tried, key=lambda strokes: manner_distance(see_strokes(strokes), wanted))
 
 
 def _target_sequence(points: Array, style: Style) -> TargetSequence:

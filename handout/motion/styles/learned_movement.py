@@ -5,28 +5,32 @@ Source: seed 002, §4.1 (targets of a user) and §4.2 (drawings: their virtual t
 
 from __future__ import annotations
 
-import dataclasses
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import groupby
 
 import numpy as np
 from msgspec.structs import replace
 
-from handout.motion import sigma_lognormal_model as lognormal
+from handout.motion.learned.dynamics import State
 from handout.motion.learned.model import LearnedMovement, plan_dot, taken_apart
 from handout.motion.learned.sequences import MovementSequence, of_plans
 from handout.motion.reconstruction.plan import LognormalPlan
-from handout.motion.reconstruction.shape_fit import path_matrix, plan_of
+from handout.motion.reconstruction.shape_fit import plan_of
+from handout.motion.styles.manner import measure_manner
 from handout.motion.styles.movement import widths
 from handout.motion.styles.style import Style
+from handout.motion.styles.targets import letter_height
+from handout.motion.styles.word_paths import SAMPLES, WrittenWord, draw_path
 from handout.motion.timing import arc_length, time_in_air
-from handout.values import TURNS, Array, Drawing, Stroke
+from handout.values import TURNS, Array, Drawing, Page, Stroke
 
-_SAMPLES = 60  # in the duration of a stroke: 200 a second at the usual .3 s
 _TOGETHER = 64  # ways after which the style is primed anew, where the pen is up: so long were the windows of training
-_RIDGE = 0.03  # how much virtual targets stay, against the places that they lead through, as in `optimal_control`
 _HEIGHTS_IN_X = 1.5  # x-heights in the height of a letter
+_DRAWS = 3  # times that the dynamics of a word are drawn; of them one is taken
+
+# who reads the word of a number: see `WrittenWord`; None: nobody can
+Surprise = Callable[[int], Callable[[Sequence[Array]], float] | None]
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,12 +41,16 @@ class _PlannedPart:
     stroke: Stroke | None
 
 
-def move_drawing(drawing: Drawing, style: Style, rng: np.random.Generator, height: float) -> tuple[Stroke, ...]:
-    """The strokes of a drawing, moved through in the style's learned manner; `height` of a letter, mm."""
-    parts = [
-        _PlannedPart(plan, stroke) for plan, stroke in zip(taken_apart(drawing, height), drawing.strokes, strict=True)
-    ]
-    return _draw_groups(_groups(parts), style, rng, height)
+def move_drawing(
+    drawing: Drawing, style: Style, rng: np.random.Generator, height: float, surprise: Surprise | None = None
+) -> tuple[Stroke, ...]:
+    """The strokes of a drawing, moved through in the style's learned manner; `height` of a letter, mm.
+
+    surprise : as in `restyling.restyle`.
+    """
+    plans = taken_apart(drawing, height)
+    parts = [_PlannedPart(plan, stroke) for plan, stroke in zip(plans, drawing.strokes, strict=True)]
+    return _draw_parts(parts, style, rng, height, surprise)
 
 
 def through_targets(
@@ -55,55 +63,82 @@ def through_targets(
         known = plan_of(each, np.full(ways, 0.5), np.zeros(ways)) if ways else plan_dot(each)
         parts.append(_PlannedPart(known, None))
     plain = replace(style, learned=replace(style.learned, hold=0.0, keep=0.0))
-    return _draw_groups(_groups(parts), plain, rng, height)
+    return _draw_parts(parts, plain, rng, height)
 
 
-def _groups(parts: Sequence[_PlannedPart]) -> Iterator[list[_PlannedPart]]:
-    """The parts of each word; of a long one, or of a drawing without words, so many as are moved through together."""
-    for _, word in groupby(parts, key=lambda part: -1 if part.stroke is None else part.stroke.word):
-        group: list[_PlannedPart] = []
-        for part in word:
-            if group and sum(len(p.plan.targets) for p in group) + len(part.plan.targets) > _TOGETHER:
-                yield group
-                group = []
-            group.append(part)
-        if group:
-            yield group
+def see_manner(style: Style) -> Array:
+    """What can be seen of the manner of the example that primes a style, as `measure_manner` has it."""
+    assert style.primer is not None
+    paths = [draw_path(plan, plan, 0.0) for plan in plans_of(style.primer)]
+    return see_strokes([Stroke(np.arange(len(xy), dtype=np.float64), xy) for xy in paths])
 
 
-def _draw_groups(
-    groups: Iterator[list[_PlannedPart]], style: Style, rng: np.random.Generator, height: float
+def see_strokes(strokes: Sequence[Stroke]) -> Array:
+    """The same of strokes whose letters have whatever size."""
+    height = letter_height(Drawing(tuple(strokes), Page(1.0, 1.0)))
+    return measure_manner([stroke.xy for stroke in strokes], height)
+
+
+def _draw_parts(
+    parts: Sequence[_PlannedPart],
+    style: Style,
+    rng: np.random.Generator,
+    height: float,
+    surprise: Surprise | None = None,
 ) -> tuple[Stroke, ...]:
-    manner, learned = style.model, style.learned
-    assert isinstance(manner, LearnedMovement)
-    state = manner.state(style.primer)
+    model, learned = style.model, style.learned
+    assert isinstance(model, LearnedMovement)
+    state = model.state(style.primer)
+    wanted = None if style.primer is None else see_manner(style)
     clock, before, strokes = 0.0, None, list[Stroke]()
-    for group in groups:
-        # the plans with dynamics between those of the manner and their own, as far as they keep them
-        known = of_plans([part.plan for part in group])
-        told, keep = manner.dynamics.predict(known, rng, learned.temperature, state), learned.keep
-        dt, theta = ((1 - keep) * new + keep * old for new, old in ((told.dt, known.dt), (told.theta, known.theta)))
-        for part, plan in zip(group, plans_of(dataclasses.replace(told, dt=dt, theta=theta)), strict=True):
-            xy = _path(part.plan, plan, learned.hold)
+    for number, group in groupby(parts, key=lambda part: -1 if part.stroke is None else part.stroke.word):
+        word = list(group)
+        draws = [_draw_dynamics(word, model, rng, learned.temperature, state) for _ in range(_DRAWS)]
+        reads = None if surprise is None or number < 0 else surprise(number)
+        known = WrittenWord([part.plan for part in word], height, learned.hold, wanted, reads)
+        for part, xy in zip(word, known.choose_paths(draws, learned.keep), strict=True):
             if before is not None:
                 way = float(np.linalg.norm(xy[0] - before)) * _HEIGHTS_IN_X / height
                 clock += time_in_air(way, line=False, word=False)
-            t = clock + np.arange(len(xy)) * learned.duration / _SAMPLES
-            width = widths(t, xy, style, height)
-            nib = style.brush.width * height if style.brush.kind == "nib" else 0.0
-            carried = dict[str, Array]()
-            if part.stroke is not None:  # its channels along this path, at equal shares of their lengths
-                was, now = arc_length(part.stroke.xy), arc_length(xy)
-                share = now / max(float(now[-1]), 1e-12) * float(was[-1])
-                for name, values in part.stroke.pose.items():
-                    carried[name] = np.interp(share, was, np.unwrap(values) if name in TURNS else values)
-            if nib:
-                carried["rotation"] = np.full(len(t), -style.brush.angle)
-            source = part.stroke
-            word, layer, colour = (-1, "", "") if source is None else (source.word, source.layer, source.colour)
-            strokes.append(Stroke(t, xy, **carried, width=width, nib=nib, word=word, layer=layer, colour=colour))
-            clock, before = float(t[-1]), xy[-1]
+            strokes.append(_make_stroke(part, clock, xy, style, height))
+            clock, before = float(strokes[-1].t[-1]), xy[-1]
     return tuple(strokes)
+
+
+def _make_stroke(part: _PlannedPart, clock: float, xy: Array, style: Style, height: float) -> Stroke:
+    """A stroke along a path that begins at a time, with what the stroke before carries."""
+    t = clock + np.arange(len(xy)) * style.learned.duration / SAMPLES
+    width = widths(t, xy, style, height)
+    nib = style.brush.width * height if style.brush.kind == "nib" else 0.0
+    carried = dict[str, Array]()
+    if part.stroke is not None:  # its channels along this path, at equal shares of their lengths
+        was, now = arc_length(part.stroke.xy), arc_length(xy)
+        share = now / max(float(now[-1]), 1e-12) * float(was[-1])
+        for name, values in part.stroke.pose.items():
+            carried[name] = np.interp(share, was, np.unwrap(values) if name in TURNS else values)
+    if nib:
+        carried["rotation"] = np.full(len(t), -style.brush.angle)
+    source = part.stroke
+    word, layer, colour = (-1, "", "") if source is None else (source.word, source.layer, source.colour)
+    return Stroke(t, xy, **carried, width=width, nib=nib, word=word, layer=layer, colour=colour)
+
+
+def _draw_dynamics(
+    word: Sequence[_PlannedPart],
+    model: LearnedMovement,
+    rng: np.random.Generator,
+    temperature: float,
+    state: State | None,
+) -> list[LognormalPlan]:
+    """The plans of a word with dynamics of the manner; a long one is moved through in several turns."""
+    plans, turn = list[LognormalPlan](), list[LognormalPlan]()
+    for k, part in enumerate(word):
+        turn.append(part.plan)
+        ahead = len(word[k + 1].plan.targets) if k + 1 < len(word) else _TOGETHER
+        if sum(len(plan.targets) for plan in turn) + ahead > _TOGETHER:
+            plans += plans_of(model.dynamics.predict(of_plans(turn), rng, temperature, state))
+            turn.clear()
+    return plans
 
 
 def plans_of(sequence: MovementSequence) -> list[LognormalPlan]:
@@ -115,30 +150,3 @@ def plans_of(sequence: MovementSequence) -> list[LognormalPlan]:
             plan_of(targets, sequence.dt[ways], sequence.theta[ways]) if len(targets) > 1 else plan_dot(targets)
         )
     return plans
-
-
-def _path(known: LognormalPlan, plan: LognormalPlan, hold: float) -> Array:
-    """(n, 2) mm, evenly in time: the path of a plan, led by `hold` through the places that the known one passes."""
-    if not plan.strokes:
-        return np.repeat(plan.targets, 2, axis=0)
-    z = plan.targets @ np.array([1.0, 1j])
-    if hold > 0:
-        passing = _passing(plan)
-        linear = path_matrix(lognormal.arc(lognormal.progress(plan.pulses(), passing), plan.theta[:, None]))
-        places = known.position_at(_passing(known)) @ np.array([1.0, 1j])
-        rows = np.concatenate([linear, np.sqrt(_RIDGE) * np.eye(len(z))])
-        led = np.linalg.lstsq(rows, np.concatenate([places, np.sqrt(_RIDGE) * z]), rcond=None)[0]
-        z = z + hold * (led - z)
-    pulses = plan.pulses()
-    start, end = pulses.span
-    samples = max(round((end - start) * _SAMPLES / float(plan.duration[0])), 2)
-    path = z[0] + lognormal.path(pulses, np.diff(z), start, (end - start) / (samples - 1), samples)
-    return np.column_stack([path.real, path.imag])
-
-
-def _passing(plan: LognormalPlan) -> Array:
-    """(m,) s: when a plan passes from each stroke to the next: half-way between their medians; at its ends, those."""
-    pulses = plan.pulses()
-    middle = pulses.time(0.0)
-    start, end = pulses.span
-    return np.concatenate([[start], 0.5 * (middle[1:] + middle[:-1]), [end]])

@@ -7,7 +7,7 @@ threshold) and §4.2.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 
@@ -52,7 +52,13 @@ class TargetSequence:
     spreads: Array | None = None
 
 
-def restyle(drawing: Drawing, style: Style, rng: np.random.Generator, height: float | None = None) -> Drawing:
+def restyle(
+    drawing: Drawing,
+    style: Style,
+    rng: np.random.Generator,
+    height: float | None = None,
+    surprise: Callable[[int], Callable[[Sequence[Array]], float] | None] | None = None,
+) -> Drawing:
     """The drawing, its strokes in a handstyle, with the times of the new movements.
 
     Parameters
@@ -61,6 +67,8 @@ def restyle(drawing: Drawing, style: Style, rng: np.random.Generator, height: fl
     style : Style
     rng : numpy.random.Generator
     height : mm of a letter, by which the style's lengths are measured; default: as `targets.letter_height` finds it.
+    surprise : who reads the word of a number, None where nobody can: nat, the negative logarithm of the probability
+        that strokes (n, 2), mm, read as that word; a learned style is then followed as far as words read as before.
 
     Raises
     ------
@@ -76,7 +84,7 @@ def restyle(drawing: Drawing, style: Style, rng: np.random.Generator, height: fl
 
         middles = zip(drawing.strokes, _middles(drawing.strokes), strict=True)
         formed = (replace(stroke, xy=middle + (stroke.xy - middle) @ _form(style)) for stroke, middle in middles)
-        strokes = move_drawing(replace(drawing, strokes=tuple(formed)), style, rng, tall)
+        strokes = move_drawing(replace(drawing, strokes=tuple(formed)), style, rng, tall, surprise)
         return Drawing(_fit_page(strokes, drawing), drawing.page, about)
     lines = zip(drawing.strokes, _middles(drawing.strokes), strict=True)
     sequences = [_sequence(stroke, style, tall, middle) for stroke, middle in lines]

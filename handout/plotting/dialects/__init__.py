@@ -237,6 +237,7 @@ class Dialect:
     lowering_bytes : bytes that are asked and answered before the pen is lowered.
     clues : further questions that no machine takes for a command to move, whose answers tell machines of the dialect
         apart (`greetings.narrow_profiles`).
+    line_end : of lines of the user's own, such as a feeder's.
     in_hand : s of motion that it must be sent ahead, however much ink that is, or it stops in the middle of a stroke.
     pen_values : of a servo; None if the dialect has words of its own for the pen.
     steps_setting : where the machine keeps its steps per mm, "" if its scale is not set so.
@@ -259,6 +260,7 @@ class Dialect:
     shortest_segment: float = 3.0
     lowering_bytes: float = 0.0
     clues: tuple[bytes, ...] = ()
+    line_end: str = "\n"
     in_hand: float = 0.0
 
 

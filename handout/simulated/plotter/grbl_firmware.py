@@ -14,10 +14,10 @@ from handout.simulated.plotter.options import SimulatorOptions
 from handout.simulated.plotter.paper import DrawnPaper
 from handout.simulated.plotter.planner import MoveQueue, Stepper, Steps
 
-_STORED = 80  # characters of a line that GRBL keeps, blanks and comments left out
+_STORED = 80  # characters of a line that GRBL keeps, blanks and comments left out (LINE_BUFFER_SIZE)
 _UNLOCK = "[MSG:'$H'|'$X' to unlock]"
 _WRITING = 0.004  # s it is deaf while it writes into its memory
-_SELDOM = 10  # answers to ? between two that tell the offset
+_SELDOM = 10  # answers to ? between two that tell the offset (REPORT_WCO_REFRESH_IDLE_COUNT)
 _BANNERS = {
     "": "Grbl 1.1h ['$' for help]",
     "grblhal": "GrblHAL 1.1f ['$' or '$HELP' for help]",
@@ -28,7 +28,7 @@ _FEEDS = {b"\x90": 0, b"\x91": 10, b"\x92": -10, b"\x93": 1, b"\x94": -1}
 _SPINDLES = {b"\x99": 0, b"\x9a": 10, b"\x9b": -10, b"\x9c": 1, b"\x9d": -1}
 _RAPIDS = {b"\x95": 100, b"\x96": 50, b"\x97": 25}
 _DOOR = b"\x84"
-_HOMING = 0.5  # s; how long the simulated machine looks for its switches
+_HOMING = 0.5  # s; how long the simulated machine looks for its switches; set by eye
 
 
 class GrblFirmware(Firmware):

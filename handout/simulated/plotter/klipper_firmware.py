@@ -23,7 +23,7 @@ from handout.simulated.plotter.klipper_toolhead import Toolhead, ToolheadLimits
 from handout.simulated.plotter.options import SimulatorOptions
 from handout.simulated.plotter.paper import DrawnPaper
 
-_HOMING = 0.5  # s; how long the simulated machine looks for its switches
+_HOMING = 0.5  # s; how long the simulated machine looks for its switches; set by eye
 _GOES, _RESTARTS = 0.5, 2.0  # s until it begins to start anew, and that it takes; as seen
 _REFRESH = 0.25  # s between two places that it works out (STATUS_REFRESH_TIME)
 _WORD = re.compile(r"([A-Z])\s*(-?(?:\d+\.?\d*|\.\d+))")

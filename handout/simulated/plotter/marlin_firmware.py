@@ -17,8 +17,8 @@ from handout.simulated.plotter.options import SimulatorOptions
 from handout.simulated.plotter.paper import DrawnPaper
 from handout.simulated.plotter.planner import MarlinAxes, MarlinQueue, Stepper, Steps
 
-_BUFFER = 4  # commands it holds, the one under way included
-_KEPT = 95  # bytes of a line; the rest is lost silently
+_BUFFER = 4  # commands it holds, the one under way included (BUFSIZE)
+_KEPT = 95  # bytes of a line, the rest is lost silently (MAX_CMD_SIZE)
 _URGENT = re.compile(rb"\s*(M108|M112|M410)\s*")
 
 
@@ -107,10 +107,10 @@ def _integer(text: str) -> int:
     return int(match.group()) if match else 0
 
 
-_HOMING = 0.5  # s; how long the simulated machine looks for its switches
-_BUSY = 2.0  # s between two signs of life of a command that takes its time
+_HOMING = 0.5  # s; how long the simulated machine looks for its switches; set by eye
+_BUSY = 2.0  # s between two signs of life of a command that takes its time (DEFAULT_KEEPALIVE_INTERVAL)
 _ENOUGH = 3  # blocks with which it begins to move
-_PATIENT = 0.1  # s after which it begins with fewer
+_PATIENT = 0.1  # s after which it begins with fewer (BLOCK_DELAY_FOR_1ST_MOVE)
 _CLEANING = 1.0  # s after a quick stop in which it takes no moves
 _WORD = re.compile(r"([A-Z])\s*(-?(?:\d+\.?\d*|\.\d+))?")
 _KILLED = "Error:Printer halted. kill() called!"

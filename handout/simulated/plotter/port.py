@@ -1,4 +1,4 @@
-"""The simulated plotter as a port: a wire, a controller, a clock, a sheet of paper, and faults on demand.
+"""The simulated plotter as a port: a wire, a controller, a clock, and a sheet of paper.
 
 Time is virtual: it passes only while someone reads, as fast as the computer allows.  With `realtime` it is the clock of
 the computer: the controller goes on with what it has received whether or not anybody writes or reads.  What it did in
@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 import time
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import Any, Protocol
 
 from handout import signals
@@ -19,13 +19,12 @@ from handout.plotting.bed import BedPlacement, place
 from handout.plotting.ports import InstrumentedPort
 from handout.profiles import Plotter
 from handout.simulated.plotter.firmware import Wait, Wire, firmware_of
-from handout.simulated.plotter.options import Faults, SimulatorOptions
+from handout.simulated.plotter.options import SimulatorOptions
 from handout.simulated.plotter.paper import DrawnPaper
 from handout.values import Drawing, Page
 
+_HANDS = 5.0  # s a person takes to push the carriage somewhere; set by eye
 _Z_STEPS = 250.0  # of a Z axis; no profile says how fine it is, this is GRBL's default ($102)
-_STALL = 3.0  # s; less than any machine's time-out, as a radio that loses its network for a moment
-_HANDS = 5.0  # s a person takes to push the carriage somewhere
 
 
 class Clock(Protocol):
@@ -65,11 +64,8 @@ class SimulatedPlotter(InstrumentedPort):
         self._out: deque[tuple[float, bytes]] = deque()  # when it can be read, and what
         self._began: float | None = None
         self._ended = 0.0
-        self._dies = self._begins = math.inf  # when its power is cut, when it starts anew
-        self._stalls = 0.0  # until then nothing is carried
         self._clock: Clock | None = clock or (time if self.options.realtime else None)
         self._epoch = 0.0 if self._clock is None else self._clock.monotonic()  # on the real clock
-        self.faults = Faults(self.options)
         kind = firmware_of(profile)
         self._wire = Wire(self.options.buffer or profile.port.buffer, 10.0 / profile.port.baud, kind.framing())
         self.paper = DrawnPaper(profile, [profile.limits.steps_per_mm, profile.limits.steps_per_mm, _Z_STEPS])
@@ -110,15 +106,11 @@ class SimulatedPlotter(InstrumentedPort):
         """Put bytes on the wire."""
         self._catch_up()
         self._check_open()
-        comes, cut = self.faults.damage_bytes(data, self._wire.framing.ends)
-        arrives = self._wire.send_bytes(comes, max(self.now, self._stalls) + self.options.latency)
-        if cut == "unplugged":
-            self._gone = True
-        elif cut == "power-cut":
-            self._dies = arrives
-        elif cut == "reset":
-            self._begins = arrives
-            self._wire.send_bytes(data[len(comes) :], arrives)  # comes to a machine that has forgotten what was before
+        self.transmit(data)
+
+    def transmit(self, data: bytes) -> None:
+        """Send bytes off on the wire, all as they are."""
+        self._wire.send_bytes(data, self.now + self.options.latency)
 
     def read(self, timeout: float) -> bytes:
         """What has been answered by now; if nothing has, what is answered next, within `timeout` seconds."""
@@ -154,7 +146,7 @@ class SimulatedPlotter(InstrumentedPort):
 
     def power_on(self) -> None:
         """Switch it off, and on again; paper and carriage are as they were left, the controller starts anew."""
-        self._cut_power()
+        self.cut_power()
         self._wire.lose()
         self._out.clear()
         self._silent = self._closed = self._gone = False
@@ -165,6 +157,12 @@ class SimulatedPlotter(InstrumentedPort):
         self.paper.lift_pen(self.now)
         self._pass(_HANDS)
         self.paper.push_to_zero(self.now)
+
+    def cut_power(self) -> None:
+        """Its power goes: it stands and is silent."""
+        self._silent = True
+        self.firmware.stop()
+        self._restart()
 
     def _check_open(self) -> None:
         if self._closed or self._gone:
@@ -201,12 +199,7 @@ class SimulatedPlotter(InstrumentedPort):
             if answer <= self.now or event > until:
                 break
             self._set_clock(max(event, self.now))
-            if self.now >= self._dies:
-                self._cut_power()
-            if self.now >= self._begins:
-                self._wire.receive(self.now)
-                self._begin_anew()
-                self._restart()
+            self.befall()
             if self._silent:
                 continue
             for piece in self._wire.receive(self.now):
@@ -223,37 +216,26 @@ class SimulatedPlotter(InstrumentedPort):
         if self._silent:
             return math.inf
         wakes = self._wakes if isinstance(self._waits, float) else math.inf
-        return min(self._wire.next_arrival, float(self.firmware.next_event), wakes, self._dies, self._begins)
+        return min(self._wire.next_arrival, float(self.firmware.next_event), wakes)
 
     def _set_clock(self, now: float) -> None:
         self.now = self.firmware.now = now
 
     def _say(self, data: bytes) -> None:
-        ok = data.strip().lower().startswith(self.firmware.acknowledgement)
-        if self._silent or (ok and self.faults.strikes("lost-ok")):
-            return
-        late = self.options.late if ok and self.faults.past("late") else 0.0
-        soonest = max(self.now, self._stalls) + self.options.latency + len(data) * self._wire.byte + late
-        self._out.append((max(soonest, self._out[-1][0] if self._out else 0.0), self.faults.damage_answer(data)))
+        if not self._silent:
+            soonest = self.now + self.options.latency + len(data) * self._wire.byte
+            self._out.append((max(soonest, self._out[-1][0] if self._out else 0.0), data))
+
+    def befall(self) -> None:
+        """What befalls it by now: nothing, if it has no faults."""
+
+    def is_struck(self) -> bool:
+        """Whether a fault strikes while an instruction is read, which is lost."""
+        return False
 
     def _restart(self) -> None:
         self._wire.clear()
         self._program, self._waits = self._main(), "line"
-
-    def _cut_power(self) -> None:
-        self._silent, self._dies = True, math.inf
-        self.firmware.stop()
-        self._restart()
-
-    def _begin_anew(self) -> None:
-        """As after a break in its power that was too short to be seen."""
-        self._begins = math.inf
-        self.firmware.stop()
-        self.firmware.start()
-        self._wire.clear()
-        if self._wire.framing.blocks:
-            self._wire.lose()
-        self._gone = self._wire.framing.blocks  # what is on USB itself is gone from it for a moment
 
     def _main(self) -> Iterator[Wait]:
         """The controller's main program: read an instruction, obey, answer; do something else when none is there."""
@@ -266,8 +248,7 @@ class SimulatedPlotter(InstrumentedPort):
             if self._began is None and self.firmware.counts(line):
                 self._began = self.now
             yield float(self.firmware.read_time)
-            self.faults.lines += self._began is not None
-            if not self._fails():
+            if not self.is_struck():
                 yield from self.firmware.execute(line)
                 self._ended = self.now
 
@@ -287,30 +268,3 @@ class SimulatedPlotter(InstrumentedPort):
                 raise
             if isinstance(self._waits, float):
                 self._wakes = self.now + self._waits
-
-    def _fails(self) -> bool:
-        """Let the fault that was asked for happen in its time; whether the line just read is lost to it."""
-        fault = self.options.fault
-        if not fault or not self.faults.past(fault):
-            return False
-        others: dict[str, Callable[[], None]] = {
-            "error": self.firmware.refuse,
-            "alarm": self.firmware.alarm,
-            "lost-board": self.firmware.lose_board,
-            "reset": self._begin_anew,
-            "hold": self.firmware.hold,
-        }
-        known = {"jam", "unplugged", "power-cut", "stall", *others}
-        if fault not in known or not self.faults.strikes(fault):
-            return False
-        if fault == "jam":
-            self._silent = True
-        elif fault == "unplugged":
-            self._gone = True
-        elif fault == "power-cut":
-            self._dies = self.now
-        elif fault == "stall":
-            self._stalls = self.now + _STALL
-        else:
-            others[fault]()
-        return fault not in {"unplugged", "hold", "stall", *self.firmware.obeys}  # what it has, it does

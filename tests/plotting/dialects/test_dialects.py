@@ -26,7 +26,7 @@ def test_profiles_take_the_dialects_of_the_table():
 
 def test_every_part_is_there(name):
     language = dialect(name)
-    optional = {"pen_values", "steps_setting", "usb", "curves", "lowering_bytes", "in_hand", "clues"}
+    optional = {"pen_values", "steps_setting", "usb", "curves", "lowering_bytes", "in_hand", "clues", "line_end"}
     missing = [field.name for field in dataclasses.fields(language) if not getattr(language, field.name)]
     assert set(missing) <= optional
     assert all(suffix.startswith(".") for suffix in language.suffixes)

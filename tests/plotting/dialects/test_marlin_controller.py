@@ -9,8 +9,8 @@ from handout import profiles
 from handout.errors import DeviceAlarm, DeviceSilent, PortError
 from handout.plotting.dialects import MoveBlock, Pause, PenBlock
 from handout.plotting.dialects.marlin import DIALECT as marlin
-from handout.simulated.plotter import SimulatedPlotter
 from handout.simulated.plotter.options import SimulatorOptions
+from handout_lab.simulated import FaultyPlotter
 
 replace = msgspec.structs.replace
 SLOW = profiles.find("marlin-servo", "plotter")
@@ -47,7 +47,7 @@ class Watched:
     """A simulated plotter that notes every move that is queued and everything its pen is told, in order."""
 
     def __init__(self, options=None, profile=QUICK, **switches):
-        self.port = SimulatedPlotter(profile, options or SimulatorOptions())
+        self.port = FaultyPlotter(profile, options or SimulatorOptions())
         self.profile, self.did, self.said = profile, [], []
         firmware = self.port.firmware
         for name, value in switches.items():
@@ -281,6 +281,6 @@ def test_nobody_and_somebody_else():
 
 def test_a_grbl_is_not_taken_for_a_marlin():
     grbl = profiles.find("simulated", "plotter")
-    port = SimulatedPlotter(grbl)
+    port = FaultyPlotter(grbl)
     with pytest.raises(DeviceSilent, match="not as a Marlin controller"):
         marlin.connect(port, replace(QUICK, port=replace(QUICK.port, timeout=1.0)), print)

@@ -17,9 +17,11 @@ from hypothesis import strategies as st
 from handout import profiles
 from handout.errors import InputError, PortError
 from handout.plotting import connections, open_port, plan, run
-from handout.simulated.plotter import SimulatedPlotter, surroundings
-from handout.simulated.plotter.options import FAULTS, parse
+from handout.simulated import plotter as simulated_plotter
+from handout.simulated.plotter.options import parse
 from handout.simulated.plotter.planner import _ramp
+from handout_lab.simulated import FaultyPlotter, faults
+from handout_lab.simulated.faults import FAULTS
 
 SERVO, ON_Z = profiles.find("simulated", "plotter"), profiles.find("grbl-z", "plotter")
 
@@ -253,7 +255,7 @@ def test_real_time_does_not_dawdle(monkeypatch):
 def test_on_a_real_clock_it_draws_as_on_its_own(name):
     profile = profiles.find(name, "plotter")
     made = plan(page(words=1), profile)
-    real, virtual = SimulatedPlotter(profile, clock=Clock()), SimulatedPlotter(profile)
+    real, virtual = FaultyPlotter(profile, clock=Clock()), FaultyPlotter(profile)
     reports = [run(made, port, profile) for port in (real, virtual)]
     assert reports[0].executed_s == pytest.approx(reports[1].executed_s, rel=0.02)
     assert [len(s.t) for s in real.executed_drawing().strokes] == pytest.approx(
@@ -263,7 +265,7 @@ def test_on_a_real_clock_it_draws_as_on_its_own(name):
 
 def test_on_a_real_clock_it_goes_on_while_nobody_speaks_to_it():
     clock = Clock()
-    port = SimulatedPlotter(SERVO, clock=clock)
+    port = FaultyPlotter(SERVO, clock=clock)
     clock.sleep(3.0)
     hear(port)
     port.write(b"G21G90\nM3S%d\nG4P0.3\nG1X10F600\nX20\n" % SERVO.pen.down)
@@ -277,7 +279,7 @@ def test_on_a_real_clock_it_goes_on_while_nobody_speaks_to_it():
 
 def test_what_goes_wrong_around_it_lasts_as_long_as_it_is_used(monkeypatch):
     slept = []
-    monkeypatch.setattr(surroundings.time, "sleep", slept.append)
+    monkeypatch.setattr(faults.time, "sleep", slept.append)
     usual = os.fsync
     with connections.surroundings("sim:?disk=700ms&busy=1"), Path(os.devnull).open("rb") as nothing:
         with contextlib.suppress(OSError):
@@ -286,7 +288,7 @@ def test_what_goes_wrong_around_it_lasts_as_long_as_it_is_used(monkeypatch):
     assert os.fsync is usual
     with connections.surroundings("/dev/ttyUSB0"), connections.surroundings("sim:"):
         assert os.fsync is usual
-    with surroundings.busy_processor(1) as others:
+    with faults.busy_processor(1) as others:
         (other,) = others
         assert other.poll() is None
     assert other.poll() is not None
@@ -321,8 +323,8 @@ def test_options():
 
 
 def test_every_fault_strikes_somewhere():
-    room = Path(surroundings.__file__).parent
-    code = "".join(path.read_text(encoding="utf-8") for path in room.rglob("*.py"))
+    rooms = (Path(module.__file__).parent for module in (faults, simulated_plotter))
+    code = "".join(path.read_text(encoding="utf-8") for room in rooms for path in room.rglob("*.py"))
     assert [fault for fault in FAULTS if code.count(f'"{fault}"') < 2] == []
 
 

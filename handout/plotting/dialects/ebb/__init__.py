@@ -35,6 +35,7 @@ DIALECT = Dialect(
     suffixes=(".ebb",),
     usual_device="axidraw-v3",
     motion="timed",
+    line_end="\r",
     pen_values=PenValues(5400.0, 28500.0, lambda value: f"{value:g} ({value / 12:.0f} µs)"),  # 0.45 to 2.4 ms
     steps_setting="limits.steps_per_mm",
 )

@@ -33,6 +33,7 @@ DIALECT = Dialect(
     suffixes=(".hpgl", ".plt"),
     usual_device="hpgl",
     motion="vectors",
+    line_end="",
     pen_values=None,
     steps_setting="",  # its scale is set on itself (P1, P2)
     lowering_bytes=35.0,

@@ -20,7 +20,8 @@ from handout.plotting.network_ports import open_moonraker, open_network
 from handout.plotting.ports import Port
 from handout.profiles import Plotter
 from handout.simulated.plotter.options import SimulatorOptions
-from handout.simulated.plotter.port import Clock, SimulatedPlotter
+from handout.simulated.plotter.port import Clock
+from handout_lab.simulated.faults import FaultyPlotter
 
 _HERE = "127.0.0.1"
 _REACHED = (("grbl", "tcp"), ("grbl", "ws"), ("klipper", "ws"))
@@ -131,8 +132,8 @@ class _MoonrakerServer(_WebSocketServer):
             self.tell_page(line.decode("ascii"))
 
 
-class NetworkedPlotter(SimulatedPlotter):
-    """A simulated GRBL machine or Klipper on a network of this computer alone; see `SimulatedPlotter`.
+class NetworkedPlotter(FaultyPlotter):
+    """A simulated GRBL machine or Klipper on a network of this computer alone; see `FaultyPlotter`.
 
     greets : see `plotting.network_ports`.
     """
