@@ -8,7 +8,7 @@ for hand in joined quick print; do
   handout write "The hens have taken to sitting in the wheelbarrow as if it belonged to them; yesterday I found two eggs in my left boot. (house-$hand)" \
     --hand "house-$hand" --page 160x40mm --margin 3mm,6mm --seed 5 --pen ballpoint --pages 1 --fit --dpi 170 --quiet -o "$work/$hand.png"
 done
-handout write --file examples/formulas.txt --hand house-joined --page 110x100mm --margin 5mm --seed 4 --dpi 110 --quiet -o "$work/formulas.png"
+handout write --file examples/formulas.txt --hand house-joined --page 110x115mm --margin 5mm --seed 4 --dpi 110 --quiet -o "$work/formulas.png"
 for pen in ballpoint fineliner fountain pencil; do
   handout write "written with a $pen" --hand house-quick --page 75x20mm --margin 4mm --pages 1 --fit --seed 3 --pen "$pen" --dpi 300 --quiet -o "$work/pen-$pen.png"
 done

@@ -19,7 +19,7 @@ if TYPE_CHECKING:  # most texts lack nothing, and what makes letters takes longe
 
 
 def complete_hand(
-    hand: Hand | ScannedHand, text: str, *, fallback: bool = False, seed: int = 0
+    hand: Hand | ScannedHand, text: str, *, fallback: bool = False, seed: int = 0, marked: bool = False
 ) -> tuple[Hand | ScannedHand, list[Borrowed]]:
     """Add the letters of a text that a hand lacks; returns the hand and those letters.
 
@@ -36,6 +36,8 @@ def complete_hand(
         Lend what the author never wrote; without it only accented letters are put together, of the author's own.
     seed : int
         Of the variation of what is drawn.
+    marked : bool
+        See `written_units`.
 
     Raises
     ------
@@ -45,20 +47,20 @@ def complete_hand(
         Some letters are missing still; the message lists them with their places and says what `fallback` would supply.
     """
     if hand.pages is None:
-        return hand, list_borrowed(normalise(text), hand.repertoire) if fallback else []
+        return hand, list_borrowed(normalise(text), hand.repertoire, marked=marked) if fallback else []
     if not hand.letters:
         raise InputError(
             f"{hand.name} holds ink without letters: it is a pen to write with, not a hand; give it as --pen, and a "
             "hand with letters as --hand."
         )
     text = normalise(text)
-    places, doubted = lacking(text, hand.repertoire), _doubted_letters(hand, text)
+    places, doubted = lacking(text, hand.repertoire, marked=marked), _doubted_letters(hand, text, marked=marked)
     if not places and not doubted:
         return hand, []
     needed = tuple(sorted(places))
     completed, supplies = _add_supplies(hand, (needed, tuple(sorted(doubted))), fallback, seed)
     lendable = _lendable(_maker(hand, 0), needed)
-    spell(text, replace(completed.repertoire, lendable=lendable), fallback=fallback)
+    spell(text, replace(completed.repertoire, lendable=lendable), fallback=fallback, marked=marked)
     lent, worse = {x for x, _ in supplies}, "read worse" if hand.legible else "are doubtful"
     return completed, [
         *(Borrowed(x, supply.source, supply.of_author, tuple(places[x])) for x, supply in supplies if x in places),
@@ -71,12 +73,12 @@ def complete_hand(
     ]
 
 
-def _doubted_letters(hand: ScannedHand, text: str) -> dict[str, list[int]]:
+def _doubted_letters(hand: ScannedHand, text: str, *, marked: bool = False) -> dict[str, list[int]]:
     """The letters of a normalised text of which all glyphs of a hand are doubtful, and where they stand."""
     from handout.writing.glyph_index import better_lent
 
     places: dict[str, list[int]] = {}
-    for at, letter in enumerate(written_units(text)[0]):
+    for at, letter in enumerate(written_units(text, marked=marked)[0]):
         if letter in hand.letters:
             places.setdefault(letter, []).append(at)
     return {letter: at for letter, at in places.items() if better_lent(hand, letter)}

@@ -19,7 +19,7 @@ from handout.hand.letter_classes import DOTTED, STEM_AT_LEFT
 from handout.hand.protocol import Repertoire
 from handout.hand.scanned import NOBODY, ScannedHand
 from handout.values import Array, Indices, LineGraph
-from handout.writing.text import LEFT_OUT, borrow, instead, may_omit
+from handout.writing.text import ALIKE, LEFT_OUT, borrow, instead, may_omit
 
 _FORMS = 5  # of a letter that is put together: so that it does not repeat at once
 _DOTS = 0.42  # x-heights from one dot of a diaeresis to the other; set by eye
@@ -64,7 +64,9 @@ class LetterMaker:
     def make(self, letter: str, fallback: bool) -> Supply:
         """Forms of a letter; without `fallback` only of what the author wrote."""
         base, marks = decompose_grapheme(letter)
-        if not marks and fallback:
+        base = next((same for same in (base, *ALIKE.get(base, ())) if same in self._hand.letters), base)
+        drawn = letter in self._drawn.house.glyphs and not (base.isalpha() and base in self._hand.letters)
+        if fallback and (drawn or not marks):
             return self._lend_letter(letter)
         if len(marks) != 1 or len(base) != 1:
             return Supply()

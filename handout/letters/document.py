@@ -52,6 +52,7 @@ class LetterHead(Table, frozen=True):
     line_spacing: str | None = None
     align: Literal["left", "right", "centre", "ragged"] | None = None
     slips: float | None = None
+    language: str | None = None
     page_numbers: Literal["none", "foot", "corner"] = "none"
     paragraphs: Literal["apart", "indented"] = "apart"
     background: str | None = None

@@ -206,7 +206,7 @@ def write_runs(
     if not own:
         return Writer(hand, writer, ratio, ())
     spans = _spans(own)
-    paragraphs = paragraphs_of(runs.text(name), writer.repertoire, fallback=options.fallback)
+    paragraphs = paragraphs_of(runs.text(name), writer.repertoire, fallback=options.fallback, marked=True)
     parted = [list(_part_pieces(pieces, spans)) for pieces in paragraphs]
     if slip_stream is not None:
         parted = [

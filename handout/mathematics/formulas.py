@@ -147,7 +147,7 @@ def leaves(node: Node) -> Iterator[Leaf]:
 
 def is_tall(node: Node) -> bool:
     """Whether brackets around it are to grow."""
-    if isinstance(node, Fraction | CellGrid | Root) or (isinstance(node, Large) and node.sign != "′"):
+    if isinstance(node, Fraction | CellGrid | Root) or (isinstance(node, Large) and node.sign not in "′|"):
         return True
     if isinstance(node, Scripts) and node.limits:
         return True

@@ -42,6 +42,7 @@ class LayoutSettings:
     inline : size of the parts of a fraction in a line of text, or within another; displayed : on a line of its own.
     near : between letters; binary, relation, after : around and behind signs of these kinds.
     clear : between a rule and what it parts, and between brackets and what they hold.
+    beside : room behind an index, a lower limit and a fraction, before what stands on the line.
     sum_, integral : heights of these in a line, and displayed.
     """
 
@@ -56,6 +57,7 @@ class LayoutSettings:
     relation: float = 0.7
     after: float = 0.6
     clear: float = 0.3
+    beside: float = 0.2
     sums: tuple[float, float] = (2.3, 3.0)
     integrals: tuple[float, float] = (3.0, 4.0)
 
@@ -144,8 +146,8 @@ def _kind(node: Node) -> str:
             return kind
         case Scripts(base=base):
             return _kind(base)
-        case Large():
-            return signs.LARGE
+        case Large(sign=sign):
+            return signs.RELATION if sign == "|" else signs.LARGE
         case Gap():
             return ""
     return signs.ORDINARY
@@ -216,7 +218,7 @@ class _Layout:
         if signs.WORD in (before, kind):
             return own.near if kind == signs.OPENING else own.binary
         if signs.LARGE in (before, kind):
-            return own.binary if kind == signs.LARGE else own.clear
+            return own.binary
         return 0.7 * own.near if kind == signs.PUNCTUATION else own.near
 
     def node(self, node: Node, size: float, displayed: bool) -> Box:
@@ -276,7 +278,8 @@ class _Layout:
         below = below.move_by(0.5 * width - 0.5 * (below.left + below.right), axis - clear - below.top)
         if not node.ruled:
             return _join([above, below])
-        return _join([above, _drawn([draw_rule(0.0, width, axis, self.wander)]), below])
+        whole = _join([above, _drawn([draw_rule(0.0, width, axis, self.wander)]), below])
+        return replace(whole, right=whole.right + own.beside * size)
 
     def _root(self, node: Root, size: float, displayed: bool) -> Box:
         body = self.node(node.body, size, displayed)
@@ -299,7 +302,7 @@ class _Layout:
         drawn = isinstance(node.base, Large)
         if node.limits and (displayed or not drawn):
             return self._limits(base, lower, upper, size)
-        x, parts = base.right + 0.18 * size, [base]
+        x, parts = base.right + 0.24 * size, [base]
         if lower is not None:
             down = min(-0.52 * size, base.bottom + (0.1 if drawn else 0.2) * size)
             inset = 0.3 * base.width if isinstance(node.base, Large) and node.base.sign in "∫∮" else 0.0
@@ -310,7 +313,8 @@ class _Layout:
             if lower is not None:
                 rise = max(rise, lower.top + 0.15 * size - upper.bottom)
             parts.append(upper.move_by(x - upper.left, rise))
-        return _join(parts)
+        whole = _join(parts)  # what follows an index stands apart: a comma would be one of its signs
+        return whole if lower is None else replace(whole, right=whole.right + self.settings.beside * size)
 
     def _limits(self, base: Box, lower: Box | None, upper: Box | None, size: float) -> Box:
         """A base with something right below and above it."""
@@ -320,7 +324,8 @@ class _Layout:
             parts.append(lower.move_by(middle - 0.5 * (lower.left + lower.right), floor - clear - lower.top))
         if upper is not None:
             parts.append(upper.move_by(middle - 0.5 * (upper.left + upper.right), base.top + clear - upper.bottom))
-        return _join(parts)
+        whole, beside = _join(parts), self.settings.beside * size
+        return replace(whole, left=whole.left - beside, right=whole.right + beside)
 
     def _fenced(self, node: Fenced, size: float, displayed: bool) -> Box:
         inner, x, clear = list[Box](), 0.0, self.settings.clear * size

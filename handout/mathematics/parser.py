@@ -69,13 +69,16 @@ class _Token:
         return f"\\{self.text}" if self.command else self.text
 
 
-def find_formulas(units: Sequence[str]) -> Iterator[tuple[int, int, bool]]:
-    """Where formulas stand in the characters of a text, delimiters counted, and whether each is displayed."""
+def find_formulas(units: Sequence[str], *, marked: bool = False) -> Iterator[tuple[int, int, bool]]:
+    """Where formulas stand in the characters of a text, delimiters counted, and whether each is displayed.
+
+    marked : whether no sign is money but those behind a backslash.
+    """
     at = 0
     while at < len(units):
         if units[at] == "$":
             displayed = "".join(units[at : at + 2]) == "$$"
-            end = find_end(units, at, displayed=displayed)
+            end = find_end(units, at, displayed=displayed, marked=marked)
             if end:
                 yield at, end, displayed
             at = end or at + displayed + 1
@@ -83,7 +86,7 @@ def find_formulas(units: Sequence[str]) -> Iterator[tuple[int, int, bool]]:
             at += 2 if "".join(units[at : at + 2]) == "\\$" else 1
 
 
-def find_end(units: Sequence[str], begin: int, *, displayed: bool) -> int:
+def find_end(units: Sequence[str], begin: int, *, displayed: bool, marked: bool = False) -> int:
     """Where what follows a formula begins whose first sign is at `begin`; 0 if none begins there."""
     sign, first = "$$"[: 1 + displayed], begin + 1 + displayed
     at = first
@@ -94,10 +97,9 @@ def find_end(units: Sequence[str], begin: int, *, displayed: bool) -> int:
     if at >= len(units) or at == first:
         return 0
     end = at + len(sign)
-    following = units[end] if end < len(units) else " "
+    before, following = "".join(units[max(begin - 1, 0) : begin]), "".join(units[end : end + 1])
     money = units[first].isspace() or units[at - 1].isspace() or following.isdecimal() or following == "$"
-    money |= begin > 0 and units[begin - 1].isalnum()
-    return 0 if money and not displayed else end
+    return 0 if (money or before.isalnum()) and not (displayed or marked) else end
 
 
 def read_formula(units: Sequence[str], begin: int, end: int, displayed: bool) -> Formula:
@@ -217,7 +219,7 @@ class _Reader:
                 begin, opening = opened[match]
                 body, left, right = Row(tuple(items[begin + 1 :])), bracket(opening), bracket(token)
                 node = Fenced(left, (body,), right)
-                if not is_tall(body):  # the hand's own do
+                if not is_tall(body) and left != "|":  # the hand's own do; a bar that leans is a slash
                     ends = _leaf(opening, left, signs.OPENING), _leaf(token, right, signs.CLOSING)
                     node = Row((ends[0], *body.items, ends[1]))
                 del items[begin:], opened[match:]
@@ -301,11 +303,13 @@ class _Reader:
         for sign, count, limits in signs.LARGE_SIGNS.values():
             if token.text == sign and count == 1:
                 return Large(sign, 1, limits)
+        if token.text == "|":
+            return Large("|", 1, limits=False)
         if token.text in "([":
             return _leaf(token, token.text, signs.OPENING)
         if token.text in ")]":
             return _leaf(token, token.text, signs.CLOSING)
-        text = {"-": "–", "*": "·", "'": "’"}.get(token.text, token.text)
+        text = {"-": "–", "*": "·", "'": "’", "l": "ℓ"}.get(token.text, token.text)  # l alone looks like 1
         return _leaf(token, text, signs.kind_of(token.text))
 
     def _number(self, first: _Token) -> Leaf:
@@ -340,7 +344,7 @@ class _Reader:
         if sign := bracket(token):
             if sign in _GROWING_ONLY:
                 return self._growing(token, sign)
-            return _leaf(token, sign, signs.RELATION if sign == "|" else signs.ORDINARY)
+            return Large("|", 1, limits=False) if sign == "|" else _leaf(token, sign, signs.ORDINARY)
         return self._construct(token)
 
     def _construct(self, token: _Token) -> Node:
@@ -459,9 +463,9 @@ class _Reader:
         self._deeper(1, token.at)
         parts = [self._row()]
         while self._is("middle", command=True):
-            self.place += 1
+            middle = self._take(r"\middle")
             if self._bracket(r"the bar behind \middle") != "|":
-                raise WrongFormula(r"\middle is known of | alone", token.at)
+                raise WrongFormula(r"\middle is known of | alone", middle.at)
             parts.append(self._row())
         if not self._is("right", command=True):
             raise WrongFormula(r"\left is not closed by \right", token.at)

@@ -24,7 +24,7 @@ _BINARY = (
 )
 _RELATIONS = (
     "leq ≤ le ≤ leqslant ≤ geq ≥ ge ≥ geqslant ≥ neq ≠ ne ≠ equiv ≡ approx ≈ cong ≅ sim ∼ simeq ≃ propto ∝ ll ≪ gg ≫ "
-    "in ∈ notin ∉ ni ∋ subset ⊂ supset ⊃ subseteq ⊆ supseteq ⊇ perp ⊥ parallel ∥ mid | lt < gt > to → rightarrow → "
+    "in ∈ notin ∉ ni ∋ subset ⊂ supset ⊃ subseteq ⊆ supseteq ⊇ perp ⊥ parallel ∥ lt < gt > to → rightarrow → "
     "longrightarrow → leftarrow ← gets ← leftrightarrow ↔ Rightarrow ⇒ implies ⇒ Leftarrow ⇐ Leftrightarrow ⇔ iff ⇔ "
     "mapsto ↦ uparrow ↑ downarrow ↓ rightleftharpoons ⇌ therefore ∴ because ∵ colon : vdash ⊢ models ⊨"
 )
@@ -49,7 +49,7 @@ LARGE_SIGNS = {
 SIGN_BRACKETS = {**{sign: sign for sign in "()[]|/."}, "<": "⟨", ">": "⟩"}
 COMMAND_BRACKETS = {
     **dict(zip(("{", "}", "|", "lbrace", "rbrace", "langle", "rangle"), "{}‖{}⟨⟩", strict=True)),
-    **dict(zip(("lvert", "rvert", "vert", "lVert", "rVert", "Vert"), "|||‖‖‖", strict=True)),
+    **dict(zip(("lvert", "rvert", "vert", "mid", "lVert", "rVert", "Vert"), "||||‖‖‖", strict=True)),
     **dict(zip(("lceil", "rceil", "lfloor", "rfloor", "lbrack", "rbrack"), "⌈⌉⌊⌋[]", strict=True)),
 }
 PAIRS = {"(": ")", "[": "]", "{": "}", "⟨": "⟩", "⌈": "⌉", "⌊": "⌋"}

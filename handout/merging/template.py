@@ -171,7 +171,7 @@ class LetterTemplate:
     def _place_cells(self, text: str) -> str:
         """The letter with what fills its gaps, so that it is read as it was typed where it stands."""
         parts = _CELL.split(text.replace(_BEGIN + _END, ""))
-        shown = ["".join("x" if sign in "$\\" else sign for sign in part) for part in parts[1::2]]
+        shown = [part.replace("\\", ".").replace("$", "\\$") for part in parts[1::2]]
         shown = [part for pair in zip_longest(parts[::2], shown, fillvalue="") for part in pair][: len(parts)]
         formulas = list(find_formulas("".join(shown)))
         starts = list(accumulate(map(len, shown), initial=0))

@@ -323,7 +323,7 @@ def _try_row(merged: merging.MailMerge, row: TableRow, language: str) -> Facts:
     """A row, why it is to be looked at, and its letter as a text, `filled`, where that can be filled."""
     filled, why = "", [*([row.problem] if row.problem else []), *row.warnings]
     if merged.letter is not None:
-        language = merged.fields.manner(row).language or language
+        language = merged.language_of(merged.fields.manner(row), language)
         try:
             filled = f"{merged.head or ''}{merged.letter.fill(merged.fields.values(row), row.cells, language)}"
         except InputError as error:

@@ -231,7 +231,7 @@ def _supply_letters(name: str, runs: Runs, task: LetterDocument) -> tuple[Hand |
     if not runs.of_hand(name):
         return hand, []
     with _locate_errors(name, runs):
-        return complete_hand(hand, runs.text(name), fallback=main.fallback, seed=main.seed)
+        return complete_hand(hand, runs.text(name), fallback=main.fallback, seed=main.seed, marked=True)
 
 
 @contextmanager

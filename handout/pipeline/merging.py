@@ -84,6 +84,14 @@ class MailMerge:
     def with_envelopes(self) -> bool:
         return self.options.with_envelopes or not self.with_letters
 
+    def language_of(self, manner: RowManner, usual: str) -> str:
+        """The language of a row: its own, else that of the head, unless `usual` was asked for."""
+        given = self.options.given
+        asked = usual != WritingOptions.language if given is None else "language" in given
+        if manner.language or asked or not self.head:
+            return manner.language or usual
+        return letter_files.load(f"{self.head}x", Path(str(self.options.letter)).name).head.language or usual
+
 
 def read_merge(path: Path, table: TableOptions, options: MergeOptions, listener: Listener) -> MailMerge:
     """Read a table and its letter, and check what needs no writing; the listener hears how they were read.
@@ -393,7 +401,7 @@ class RowPages:
     def text(self, row: TableRow, manner: RowManner) -> str:
         """The letter of a row."""
         if self.merge.letter is not None:
-            language = manner.language or self.writing.language
+            language = self.merge.language_of(manner, self.writing.language)
             return self.merge.letter.fill(self.merge.fields.values(row), row.cells, language)
         if not manner.text:
             raise InputError("there is no text for its letter")
@@ -434,7 +442,7 @@ class RowPages:
         letter = letter_files.load(f"{self.merge.head}{text}", path.name, folder, alone=alone)
         self.account.dropped |= dict.fromkeys(letter.dropped)
         options, picture = self.options_of(manner)
-        own = {name for name in ("hand", "pen") if getattr(manner, name)}
+        own = {name for name in ("hand", "pen", "language") if getattr(manner, name)}
         return prepare_letter(
             letter, replace(options, seed=self.seed), self.sheet, picture, None if given is None else given | own
         )

@@ -13,7 +13,7 @@ from handout.mathematics.shapes import Wander
 from handout.writing.pages import FormulaWord, Handwriting, Unit, Word
 from handout.writing.text import FormulaLetters
 
-_BESIDE = 0.16  # x-heights between a formula and a bracket or a comma that stands right beside it; set by eye
+_BESIDE = 0.28  # x-heights between a formula and a bracket or a comma that stands right beside it; set by eye
 _BEARING = 0.25  # x-heights behind its ink that belong to it, as letters have them; set by eye
 _AROUND = 0.35  # x-heights of paper above and below a displayed formula, at least; set by eye
 _NOTHING = (0.0, 0.0, 0.0, 0.0)

@@ -196,7 +196,8 @@ SQUEEZE = 0.22  # people bunch the words of a line by at most this share of its 
 SMALLEST_FIT = 0.55  # --fit never makes writing smaller than this share of what was asked for
 _BUNCHED = (0.72, 0.88)  # what --fit then makes of word gaps and line distance
 APART = 0.45  # x-heights between the ink of a formula and that of the line above or below; set by eye
-_SLACK = 0.45  # x-heights that a formula may be higher or deeper than letters are, and still take one line
+_SLACK = 0.45  # x-heights that formulas between two lines may be higher and deeper than letters are, and take no more
+_NEAR = 0.25  # x-heights between the ink of two formulas of which one is more than letters are; set by eye
 _CUT = 0.01  # x-heights before what a word that is wider than its line goes on with: it is still one word
 _BUNCH = 0.25  # share of the usual gap that a gap near the edge gives up before those further from it do
 
@@ -345,15 +346,18 @@ def _space_rows(rows: Iterable[UnitRow[G]], distance: float, held: int) -> Itera
 
     distance : of lines, x-heights; held : how many a page has.
     """
-    empty, taken, below = UnitRow[G]((), (), 0.0), 0, DESCENT
+    empty, taken, below, deep = UnitRow[G]((), (), 0.0), 0, DESCENT, 0.0
     for row in rows:
         high = max((unit.word.high for unit in row.units), default=ASCENT)
         low = min((unit.word.low for unit in row.units), default=-DESCENT)
+        formulas = [unit.word for unit in row.units if isinstance(unit.word, FormulaWord)]
+        top = max((formula.high for formula in formulas), default=0.0)
         at_top = _lines_in(high - ASCENT - _SLACK, distance)
         after = _lines_in(-DESCENT - _SLACK - low, distance)
         before = at_top
         if taken:
-            tall = max(high - ASCENT, below - DESCENT) > _SLACK
+            slack = _SLACK if deep + top + _NEAR <= distance else 0.0
+            tall = max(high - ASCENT, 0.0) + below - DESCENT > slack
             before = _lines_in(below + high + APART - distance, distance) if tall else 0
         if taken and taken + before + 1 + after > held > 0:
             yield from [empty] * (held - taken)
@@ -362,6 +366,7 @@ def _space_rows(rows: Iterable[UnitRow[G]], distance: float, held: int) -> Itera
         yield from [empty] * before
         yield row
         taken, below = taken + before + 1, max(-low, DESCENT)
+        deep = max((-formula.low for formula in formulas), default=0.0)
         taken = 0 if taken == held else taken
 
 

@@ -98,6 +98,7 @@ ALIKE = {
     "⬇": "↓",
     "⩽": "≤",
     "⩾": "≥",
+    "ℓ": "l",
     # Greek and Cyrillic letters; a tonos stands before its capital
     **{accented: ("’" + own, "’" + like) for accented, own, like in zip("ΆΈΉΊΌΎΏ", "ΑΕΗΙΟΥΩ", "AEHIOYΩ", strict=True)},
     **dict(zip("ΑΒΕΖΗΙΚΜΝΟΡΤΥΧονµАВЕІЈКМНОРСТХЅаеіјорсухѕ", "ABEZHIKMNOPTYXovμABEIJKMHOPCTXSaeijopcyxs", strict=True)),
@@ -212,10 +213,12 @@ def normalise(text: str) -> str:
     return unicodedata.normalize("NFC", text.translate(SAME).translate(SPACES))
 
 
-def written_units(text: str) -> tuple[list[str], list[Formula]]:
+def written_units(text: str, *, marked: bool = False) -> tuple[list[str], list[Formula]]:
     r"""What is written for each grapheme of a normalised text, "" for nothing, and the formulas in it.
 
     Of a formula the letters of its leaves are, of ``\$`` the sign.
+
+    marked : whether every other ``$`` belongs to a formula, whatever stands beside it, as in the runs of a letter.
 
     Raises
     ------
@@ -229,7 +232,7 @@ def written_units(text: str) -> tuple[list[str], list[Formula]]:
     from handout.mathematics.parser import WrongFormula, find_formulas, read_formula
 
     written, formulas = list(typed), list["Formula"]()
-    for begin, end, displayed in find_formulas(typed):
+    for begin, end, displayed in find_formulas(typed, marked=marked):
         try:
             formula = read_formula(typed, begin, end, displayed)
         except WrongFormula as error:
@@ -248,15 +251,15 @@ def written_units(text: str) -> tuple[list[str], list[Formula]]:
     return written, formulas
 
 
-def paragraphs_of(text: str, hand: Repertoire, *, fallback: bool = False) -> list[list[Piece]]:
+def paragraphs_of(text: str, hand: Repertoire, *, fallback: bool = False, marked: bool = False) -> list[list[Piece]]:
     """The paragraphs of a text in the letters of a hand: what is written in one go, and the numbers of spaces between.
 
     A displayed formula is a paragraph of its own.
 
-    fallback, errors : see `spell`.
+    fallback, errors : see `spell`; marked : see `written_units`.
     """
     text = normalise(text)
-    formulas = written_units(text)[1]
+    formulas = written_units(text, marked=marked)[1]
     inside = {at: formula for formula in formulas for at in range(*formula.at)}
     return [
         [
@@ -265,7 +268,7 @@ def paragraphs_of(text: str, hand: Repertoire, *, fallback: bool = False) -> lis
             else piece
             for piece in _pieces(paragraph, inside)
         ]
-        for paragraph in _part_paragraphs(spell(text, hand, fallback=fallback), inside)
+        for paragraph in _part_paragraphs(spell(text, hand, fallback=fallback, marked=marked), inside)
     ]
 
 
@@ -315,7 +318,7 @@ def _pieces(paragraph: Sequence[Letter | str], inside: Collection[int]) -> Itera
         yield piece
 
 
-def spell(text: str, hand: Repertoire, *, fallback: bool = False) -> Iterator[Letter | str]:
+def spell(text: str, hand: Repertoire, *, fallback: bool = False, marked: bool = False) -> Iterator[Letter | str]:
     """The graphemes of normalised `text` as letters of a hand, one by one; spaces and newlines as they are.
 
     The whole text is checked before this returns.
@@ -326,6 +329,8 @@ def spell(text: str, hand: Repertoire, *, fallback: bool = False) -> Iterator[Le
         Accept borrowed forms: an accent that the hand lacks is left out, a letter is taken from the other case, and a
         picture (an emoji), or a name in another alphabet beside the same in this one, is not written; `borrowed`
         tells what.
+    marked : bool
+        See `written_units`.
 
     Raises
     ------
@@ -334,7 +339,7 @@ def spell(text: str, hand: Repertoire, *, fallback: bool = False) -> Iterator[Le
     MissingCharacters
         The hand lacks characters; the message lists all of them with their places.
     """
-    units = written_units(text)[0]
+    units = written_units(text, marked=marked)[0]
     inked = {at: unit for at, unit in enumerate(units) if unit and not unit.isspace()}
     forms = {unit: _form(unit, hand, 0, fallback) for unit in inked.values()}
     omitted = _find_omitted(units, forms)
@@ -442,10 +447,13 @@ def _places(typed: Sequence[str], missing: Mapping[int, str]) -> dict[str, list[
     return places
 
 
-def lacking(text: str, hand: Repertoire) -> dict[str, list[int]]:
-    """The graphemes of normalised `text` that a hand has no letter for, and where they stand, graphemes from 0."""
+def lacking(text: str, hand: Repertoire, *, marked: bool = False) -> dict[str, list[int]]:
+    """The graphemes of normalised `text` that a hand has no letter for, and where they stand, graphemes from 0.
+
+    marked : see `written_units`.
+    """
     places: dict[str, list[int]] = {}
-    for at, grapheme in enumerate(written_units(text)[0]):
+    for at, grapheme in enumerate(written_units(text, marked=marked)[0]):
         if grapheme and not grapheme.isspace() and not _letters(grapheme, hand, at):
             places.setdefault(grapheme, []).append(at)
     return places
@@ -478,10 +486,13 @@ def borrow(grapheme: str, hand: Repertoire, at: int) -> list[Letter]:
     return []
 
 
-def list_borrowed(text: str, hand: Repertoire) -> list[Borrowed]:
-    """What a hand writes for the graphemes of normalised `text` that it lacks, where similar forms are accepted."""
+def list_borrowed(text: str, hand: Repertoire, *, marked: bool = False) -> list[Borrowed]:
+    """What a hand writes for the graphemes of normalised `text` that it lacks, where similar forms are accepted.
+
+    marked : see `written_units`.
+    """
     letters = []
-    for grapheme, places in lacking(text, hand).items():
+    for grapheme, places in lacking(text, hand, marked=marked).items():
         written = "".join(spelt(letter) for letter in borrow(grapheme, hand, 0))
         letters.append(Borrowed(grapheme, instead(written), False, tuple(places)))
     return letters

@@ -178,6 +178,18 @@ def test_a_letter_file_is_filled_and_what_is_in_cells_is_no_markdown(call):
     assert 'width="148' in Path("large-002.svg").read_text(encoding="utf-8")[:400]
 
 
+def test_the_head_of_a_letter_says_its_language_and_a_row_its_own(call):
+    Path("letter.md").write_text('---\nlanguage = "de"\n---\n{{ row["Day"]|date }}, тбд\n', encoding="utf-8")
+    Path("days.csv").write_text("Day,Tongue\n2026-03-01,\n2026-03-02,bg\n", encoding="utf-8")
+    command = ("print", "days.csv", "--letter", "letter.md", "--columns", "language=Tongue", *SMALL, "--seed", 1)
+    said = {}
+    for name, more in {"head": (), "asked": ("--language", "fr")}.items():
+        call(*command, *more, "--dry-run", f"{name}.svg")
+        said[name] = [Path(f"{name}-00{n}.svg").read_text(encoding="utf-8") for n in (2, 3)]
+    assert "1. März 2026, тбд" in said["head"][0] and "1 mars 2026, тбд" in said["asked"][0]
+    assert "2 март 2026" in said["head"][1] and "2 март 2026" in said["asked"][1]
+
+
 @pytest.mark.parametrize(("letter", "head"), [("letter.txt", ""), ("letter.md", '---\nmargin = "20mm"\n---\n')])
 def test_letters_are_written_as_in_the_language_of_their_row(call, letter, head):
     Path(letter).write_text(f"{head}бити\n", encoding="utf-8")

@@ -106,6 +106,14 @@ def test_marks_are_set_as_the_drawn_hands_set_them(small_hand):
     }
 
 
+def test_signs_with_a_stroke_are_lent_whole_and_letters_that_look_alike_take_the_authors_own(small_hand):
+    lent, borrowed = complete_hand(small_hand, "≠ = ї ό", fallback=True)
+    told = {one.letter: one.source for one in borrowed}
+    assert "slash" not in told["≠"] and told["ї"].startswith("i with") and told["ό"].startswith("o with")
+    high = {x: max(np.ptp(lent.outline(i)[:, 1]) for i in lent.numbers_of_letter(x)) for x in "≠="}
+    assert high["≠"] > 1.4 * high["="]
+
+
 def test_a_picture_is_left_out_and_listed(small_hand):
     with pytest.raises(MissingCharacters, match="--fallback to leave it out"):
         complete_hand(small_hand, "an 🦊 even")

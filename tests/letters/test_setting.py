@@ -53,6 +53,14 @@ def test_all_words_come_out_in_order(blocks):
         assert words == sorted(words)
 
 
+@pytest.mark.parametrize(
+    ("text", "signs"),
+    [("so $y_1$*5* is", "soy15is"), ("*a*$x^2$", "ax2"), (r"**5**$x$**5**, \$3", "5x5,$3")],
+)
+def test_markup_right_beside_a_formula_makes_no_money_of_it(text, signs):
+    assert letters(drawn(text)[0]) == signs
+
+
 def test_the_same_seed_gives_the_same_strokes():
     text = "Dear *Ann*,\n\n- one\n- ~~two~~\n\n| a | b |\n|---|---|\n| c | d |\n"
     once, again, other = (drawn(text, seed)[1][0].strokes for seed in (1, 1, 2))

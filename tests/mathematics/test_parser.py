@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from handout.mathematics.formulas import CellGrid, Fenced, Fraction, Leaf, Row, Scripts, leaves
+from handout.mathematics.formulas import CellGrid, Fenced, Fraction, Large, Leaf, Row, Scripts, leaves
 from handout.mathematics.parser import WrongFormula, find_formulas, read_formula
 from handout.mathematics.signs import COMMANDS, FUNCTIONS, LARGE_SIGNS
 
@@ -62,7 +62,8 @@ def test_brackets_grow_only_around_what_is_tall():
 
 
 def test_bars_close_bars_or_stand_between():
-    assert words("P(A|B) + |x|") == ["P", "(", "A", "|", "B", ")", "+", "|", "x", "|"]
+    assert words("P(A|B) + |x|") == ["P", "(", "A", "B", ")", "+", "x"]  # bars are drawn
+    assert isinstance(read("a|b").items[1], Large) and isinstance(read("|x|"), Fenced)
     norm = read(r"||\frac{x}{2}||")
     assert isinstance(norm, Fenced) and isinstance(norm.parts[0].items[0], Fenced)
 

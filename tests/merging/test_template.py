@@ -155,3 +155,9 @@ def test_cells_stand_in_formulas_as_numbers_or_words():
 def test_signs_in_cells_open_no_formula():
     letter = LetterTemplate("{{ a }} and {{ b }}", "letter")
     assert letter.fill({"a": "$x", "b": "y$"}, {}) == r"\$x and y\$"
+
+
+def test_a_sign_in_a_cell_right_before_a_formula_is_no_letter():
+    letter = LetterTemplate("{{ a }}$x + {{ b }}$", "letter")
+    assert letter.fill({"a": "$", "b": "c d"}, {}) == r"\$$x + \text{c d}$"
+    assert letter.fill({"a": "5", "b": "c d"}, {}) == "5$x + c d$"

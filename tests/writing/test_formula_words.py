@@ -115,6 +115,15 @@ def test_a_tall_formula_takes_the_room_of_lines_and_stays_within_the_margins():
         assert all(above[1] < below[0] for above, below in itertools.pairwise(boxes))
 
 
+@pytest.mark.parametrize("tight", [2.0, 2.6])
+def test_tall_formulas_on_lines_below_each_other_do_not_touch(tight):
+    text = "\n".join([r"$\frac{1}{1+\frac{1}{x}}$ and $x_{k_1}$", r"$x^{2^{2}}$ and $\frac{f^2}{q}$"] * 4)
+    layout = Layout(page=PAPER, margin=margins("15mm", PAPER), x_height=2.0, jitter=0.0, line_spacing=tight * 2.0)
+    for sheet in compose(text, HAND, layout, np.random.default_rng(3)):
+        inks = [np.concatenate([s for placed in line.placed for s in placed.strokes])[:, 1] for line in sheet.lines]
+        assert len(inks) > 2 and all(above.max() < below.min() for above, below in itertools.pairwise(inks))
+
+
 def test_a_displayed_formula_stands_in_the_middle():
     (line,) = written("$$x=1$$")[0].lines
     xy = np.concatenate([stroke for placed in line.placed for stroke in placed.strokes])

@@ -43,6 +43,7 @@ function controls(choices, kept) {
     style: choice(['', ...choices.styles], { '': 'the hand’s own' }),
     variation: h('input', { type: 'range', min: 0, max: 2, step: 0.1, value: 1 }),
     legible: h('input', { type: 'range', min: 0, max: 1, step: 0.25, value: 0 }),
+    language: choice(['en', 'bg', 'sr'], { en: 'as everywhere', bg: 'as in Bulgarian', sr: 'as in Serbian' }),
     slips: h('input', { type: 'number', min: 0, max: 100, step: 1, value: 0 }),
     seed: h('input', { type: 'number', min: 0, step: 1, value: random() }),
     device: choice(['', ...plotters], { '': 'a common one', ...Object.fromEntries(choices.plotters.map((p) => [p.name, p.title])) }),
@@ -63,6 +64,7 @@ function controls(choices, kept) {
 function asked(made, ticks) {
   const body = {
     text: made.text.value, letter: made.kind.value === 'letter', hand: made.hand.value, page: made.page.value, paper: made.paper.value, align: made.align.value,
+    language: made.language.value,
     variation: Number(made.variation.value), slips: Number(made.slips.value) || 0, seed: Number(made.seed.value) || 0,
     fallback: ticks.fallback.checked, fit: ticks.fit.checked,
   };
@@ -127,7 +129,7 @@ export async function show(main, shared, [hand]) {
         h('div', {}, h('span', { class: 'label' }, 'Another version'), h('div', { class: 'joined' }, die, h('span', { class: 'quiet small' }, 'the same words, written again')))),
       h('details', { class: 'more', open: Boolean(kept.more) }, h('summary', {}, 'More'),
         h('div', { class: 'grid' }, h('div', {}, h('label', { for: 'variation' }, 'How much letters vary: ', spread), made.variation), field('Style of movement', made.style),
-          field('Easier to read than the author writes', made.legible), field('Words struck out, in 100', made.slips), field('Number of the version', made.seed), h('div', { class: 'all' }, fallback), h('div', { class: 'all' }, fitting)))),
+          field('Easier to read than the author writes', made.legible), field('Cyrillic letters', made.language), field('Words struck out, in 100', made.slips), field('Number of the version', made.seed), h('div', { class: 'all' }, fallback), h('div', { class: 'all' }, fitting)))),
   );
   made.text.id = 'text'; made.kind.setAttribute('aria-label', 'Kind of text'); made.ink.id = 'ink'; made.variation.id = 'variation';
 
