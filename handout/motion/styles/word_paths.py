@@ -26,8 +26,8 @@ SAMPLES = 60  # in the duration of a stroke: 200 a second at the usual .3 s
 _RIDGE = 0.03  # how much virtual targets stay, against the places that they lead through, as in `optimal_control`
 _KEPT = (0.0, 0.2, 0.4, 0.6, 0.8, 1.0)  # shares of a word's own bends and overlaps that are tried until it reads
 _RUN = 3  # strokes of which less is then kept, if it still reads
-# nat that a word may be harder to read than before: with more, styles are told apart better (.7: 92 of 96 samples, .1: 56
-# of 64), but readers that had no say in it misread more of 80 words
+# nat that a word may be harder to read than before: with more, styles are told apart better (.7: 92 of 96 samples,
+# .1: 56 of 64), but readers that had no say in it misread more of 80 words
 _HARDER = 0.1
 
 
