@@ -510,11 +510,15 @@ def _check_formulas(row: UnitRow[Any], layout: Layout, baseline: float) -> None:
     scale, wide = layout.x_height, row.width > layout.room + 1e-6
     high, low = max(word.high for word in formulas) - _SLACK, min(word.low for word in formulas) + _SLACK
     above, below = baseline - high * scale - layout.margin[0], baseline - low * scale + layout.margin[2]
-    if wide or above < -1e-6 or below > layout.page.height + 1e-6:
-        length, room = (row.width, layout.room) if wide else (high - low + 2 * _SLACK, layout.height / scale)
+    over = max(-above, below - layout.page.height)
+    if wide or over > 1e-6:
+        word = max(formulas, key=lambda word: word.high - word.low)
+        said = f"{row.width * scale:.0f} mm wide, and there are {layout.room * scale:.0f} mm for it"
+        if not wide:
+            said = f"{(high - low + 2 * _SLACK) * scale:.0f} mm high, and reaches {over:.1f} mm over the margin"
         raise DoesNotFit(
-            f"The formula {''.join(formulas[0].spelt)!r} is {length * scale:.0f} mm {'wide' if wide else 'high'}, and "
-            f"there are {room * scale:.0f} mm for it: use a smaller --x-height, a larger page, or write it in parts."
+            f"The formula {' '.join(word.sources) or ''.join(word.spelt)} is {said}: use a smaller --x-height, a "
+            "larger page, or write it in parts."
         )
 
 

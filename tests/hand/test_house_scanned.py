@@ -55,10 +55,10 @@ WORKED_OUT = {
     "heights 2": (291, 2.8687406, 1.4260052),
     "shape difference 2": (1, 0.012643444, 0.012643444),
     "misreadings 3": (291, 1.7478882, 2.3877145),
-    "manner 6": (3118, 1079.8414845, -6.1896802),
+    "manner 7": (3118, 1079.8493559, -6.1851339),
     "misread 2": (291, 0.0, 0.0),
     "inks 1": (293, 3560338.0, 1923659.8301),
-    "strokes by house-joined, house-quick, house-print 4": (2754, 2319.7426581, 342.5051267),
+    "strokes by house-joined, house-quick, house-print 5": (2754, 2319.7426581, 342.5051267),
 }
 
 

@@ -136,13 +136,13 @@ def test_a_long_formula_is_broken_before_relations_only():
 
 
 def test_a_formula_wider_than_the_page_is_refused():
-    with pytest.raises(DoesNotFit, match=r"The formula '.*' is .* mm wide, and there are"):
+    with pytest.raises(DoesNotFit, match=r"The formula .* is .* mm wide, and there are"):
         written("$" + "+".join(["abcd"] * 20) + "$")
 
 
 def test_a_formula_higher_than_the_page_is_refused():
     rows = r"\\".join(["x"] * 60)
-    with pytest.raises(DoesNotFit, match="high"):
+    with pytest.raises(DoesNotFit, match=r"mm high, and reaches \d+\.\d mm over the margin"):
         written(rf"$$\begin{{matrix}} {rows} \end{{matrix}}$$")
 
 
