@@ -28,7 +28,7 @@ handout fill "$work/form.pdf" examples/form.csv --rows 2 --seed 3 --dpi 150 --qu
 handout pen test --device simulated --page A5 --dry-run "$work/test-sheet.png" --quiet
 handout write "It writes itself." --hand house-joined --page 90x20mm --margin 3mm,6mm --pages 1 --fit --seed 2 --quiet -o "$here/replay.svg"
 handout write "Dear Ada, thank you for the quinces. We shall visit you in August and bring the old zither." \
-  --hand house-joined-ballpoint --page 130x30mm --margin 4mm,6mm --pages 1 --fit --seed 1 --dpi 150 --quiet -o "$work/scanned.png"
+  --hand house-joined-ballpoint --page 130x30mm --margin 4mm,6mm --pages 1 --fit --seed 2 --dpi 150 --quiet -o "$work/scanned.png"
 while IFS='|' read -r hand language text; do
   handout write "$text" --hand "house-$hand" --language "$language" --page 110x55mm --margin 4mm,6mm --pages 1 --fit --seed 6 --dpi 140 --quiet -o "$work/alphabet-$language.png"
 done <<'TEXTS'
@@ -79,11 +79,11 @@ sheet([work / "tags.png"], 1, here / "tags.png", 32)
 def printed_and_scanned(paper):
     """An address on a paper of the simulated printer: as it should look, printed as it is, printed through the table."""
     import numpy as np
-    from handout.simulated.print_and_scan import simulated
-    from handout.simulated.printer import Flatbed
+    from handout.simulated.print_and_scan import make_loop
+    from handout.simulated.scanner import Flatbed
     from handout.profiles import find
 
-    loop = simulated(find("sim", "printer"), paper)
+    loop = make_loop(find("sim", "printer"), paper)
     loop.flatbed, loop.dpi = Flatbed(skew=0.0, slack=0.0, rotation=0.0, offset=(0.0, 0.0), shading=0.0), 300
     prints = [loop.scan(work / f"{paper}-{name}.pdf", work / f"{paper}-{name}.tif")[0] for name in ("none", "simulated")]
     bare = np.array(Image.open(prints[0]).convert("RGB"))
