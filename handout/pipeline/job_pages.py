@@ -1,7 +1,7 @@
 """The pages of a text that is plotted: made from what its job keeps of it, now or after anything.
 
 Every page is a function of the text, the hand, the options and the program.  As a program of its own, `python -m
-handout.pipeline.job_pages FOLDER`, this adds to a job the pages that it lacks; see `plotting.jobs.page_producer`.
+handout.pipeline.job_pages FOLDER`, this adds to a job the pages that it lacks; see `plotting.jobs.pages.PageProducer`.
 """
 
 from __future__ import annotations

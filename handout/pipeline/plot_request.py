@@ -108,7 +108,7 @@ class PlotOptions:
 
 @dataclass(frozen=True)
 class PartOptions:
-    """Which part is plotted, as `plotting.jobs.stretch.pieces` takes it; with nothing said, all."""
+    """Which part is plotted, as `plotting.jobs.parts.pieces` takes it; with nothing said, all."""
 
     begin: str | None = option(
         None, "Plot from there on: 40% of the ink, or 2m30s.", PARTS, flags=("--from",), metavar="PLACE"

@@ -1,7 +1,7 @@
 """A handstyle on the desk, as the studio's page Style shows it: its numbers by plain names, and what they make.
 
 A style is a flat table here: "movement.smooth" → 0.3, angles in degrees and times in ms, as its sliders have them.
-What moves is a plan of targets in the JSON of `sources.target_plans`, so that `handout strokes draw` makes the same of
+What moves is a plan of targets in the JSON of `sources.plans`, so that `handout strokes draw` makes the same of
 what is saved; a word in a drawn hand shows what only letters show.
 """
 

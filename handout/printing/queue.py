@@ -1,6 +1,6 @@
 """Tickets for pages, what every queue can do, and the queues that are folders.
 
-Other ways to a printer are `cups` and `ipp.queue`; a new one is a class that inherits `Queue`, which
+Other ways to a printer are in `printers` (CUPS) and `ipp.queue`; a new one is a class that inherits `Queue`, which
 `printers.open_queue` opens.
 """
 

@@ -133,7 +133,7 @@ class Press(ABC):
 
     Parameters
     ----------
-    faulty : names of what is wrong with it, see `faults.FAULTS`.
+    faulty : names of what is wrong with it, see `FAULTS`.
     grain : standard deviation of the ink of a pixel at 300 dpi, as a share of it; of finer pixels more.
 
     Raises

@@ -22,8 +22,8 @@ from handout.web.worker import Call
 from handout.web.workers import Task
 
 _HERE = frozenset({"localhost", "127.0.0.1", "::1"})
-_AGAIN = (0.0, 1.0, 10.0, 60.0, 600.0)  # s before each try; what starts meanwhile, or later, tries as often
-_PATIENCE = 10.0  # s that an answer may take
+_AGAIN = (0.0, 1.0, 10.0, 60.0, 600.0)  # s before each try, own choice; what starts meanwhile, or later, tries as often
+_PATIENCE = 10.0  # s that an answer may take; own choice
 
 
 class _StayingHere(urllib.request.HTTPRedirectHandler):

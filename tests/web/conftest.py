@@ -1,15 +1,12 @@
 """One studio and one browser for all tests of its pages, and one studio for all that programs ask of it."""
 
-import json
-import os
 import shutil
-import subprocess
-import sys
 import warnings
 from types import SimpleNamespace
 
 import pytest
 from browser import CHROMIUM
+from studio_process import start_studio
 
 TAG = """title = "Tag"
 [movement]
@@ -32,11 +29,8 @@ def server(tmp_path_factory, small_hand_file):
     shutil.copy(small_hand_file, folder / "mine.hand")
     (folder / "tag.toml").write_text(TAG, encoding="utf-8")
     files = [str(folder / name) for name in ("mine.hand", "tag.toml")]
-    command = [sys.executable, "-m", "handout", "studio", *files, "--no-browser", "--json"]
-    homes = {f"XDG_{kind}_HOME": str(folder) for kind in ("CONFIG", "DATA", "STATE")}
-    environment = {**os.environ, **homes}
-    process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=environment)
-    yield SimpleNamespace(link=json.loads(process.stdout.readline())["link"], folder=folder)
+    process, link = start_studio(folder, *files)
+    yield SimpleNamespace(link=link, folder=folder)
     process.terminate()
     process.wait()
 

@@ -1,16 +1,15 @@
 """A studio that is killed with kill −9 in the middle of its work: what was kept is there, nothing is made twice."""
 
 import json
-import os
 import signal
 import subprocess
-import sys
 import time
 from http.server import BaseHTTPRequestHandler, HTTPServer
 from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
+from studio_process import start_studio
 
 pytestmark = pytest.mark.slow
 PEOPLE = "First name\n" + "".join(f"Name{number}\n" for number in range(12))
@@ -20,22 +19,10 @@ PEOPLE = "First name\n" + "".join(f"Name{number}\n" for number in range(12))
 def studio(tmp_path):
     """Starts studios in one home, one after the other; `kill` ends the last as the kernel would."""
     httpx = pytest.importorskip("httpx")
-    homes = {f"XDG_{kind}_HOME": str(tmp_path) for kind in ("CONFIG", "DATA", "STATE")}
     state = SimpleNamespace(process=None)
 
     def start():
-        command = [
-            sys.executable,
-            "-m",
-            "handout",
-            "studio",
-            "--no-browser",
-            "--json",
-            "--key-file",
-            str(tmp_path / "key"),
-        ]
-        state.process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env={**os.environ, **homes})
-        link = json.loads(state.process.stdout.readline())["link"]
+        state.process, link = start_studio(tmp_path, "--key-file", str(tmp_path / "key"))
         key = (tmp_path / "key").read_text().strip()
         state.client = httpx.Client(
             base_url=link.split("/#")[0], headers={"Authorization": f"Bearer {key}"}, timeout=300

@@ -1,7 +1,6 @@
 """A day's letters sent by a program: `examples/send_daily.py` against a studio of its own, twice, and unheard."""
 
 import json
-import os
 import socket
 import subprocess
 import sys
@@ -10,6 +9,7 @@ import time
 from pathlib import Path
 
 import pytest
+from studio_process import start_studio
 
 pytestmark = pytest.mark.slow
 EXAMPLE = Path(__file__).parents[2] / "examples" / "send_daily.py"
@@ -31,19 +31,8 @@ def shop(tmp_path_factory):
     """A folder with a table, and a studio with a key there; `studio` starts it."""
     folder = tmp_path_factory.mktemp("shop")
     (folder / "orders.csv").write_text(ORDERS, encoding="utf-8")
-    environment = {**os.environ, **{f"XDG_{kind}_HOME": str(folder) for kind in ("CONFIG", "DATA", "STATE")}}
-    command = [
-        sys.executable,
-        "-m",
-        "handout",
-        "studio",
-        "--no-browser",
-        "--json",
-        "--key-file",
-        str(folder / "studio.key"),
-    ]
-    process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=environment)
-    address = json.loads(process.stdout.readline())["link"].split("/#")[0]
+    process, link = start_studio(folder, "--key-file", str(folder / "studio.key"))
+    address = link.split("/#")[0]
     yield folder, address
     process.terminate()
     process.wait()

@@ -33,7 +33,7 @@ class SimulatorOptions(msgspec.Struct, frozen=True, kw_only=True):
     blank : its memory is blank (GRBL).
     realtime : live by the computer's clock, as a real machine does, whether it is spoken to or not.
     disk, busy : s that the computer's disk takes longer to keep anything; how many other programs keep its processor
-        busy (see `surroundings`).
+        busy (see `handout_lab.simulated`).
     firmware : its version, such as 2.6.5, of a dialect in which that makes a difference (EBB); "": a usual one.
     motors : whether its motors have power.
     network : how it is reached, over a real socket of this computer: "tcp" or "ws", a WebSocket; "": not so (GRBL).

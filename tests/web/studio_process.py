@@ -1,0 +1,14 @@
+"""A studio in a process of its own, as a user starts it."""
+
+import json
+import os
+import subprocess
+import sys
+
+
+def start_studio(folder, *words):
+    """A studio whose homes are a folder: its process, and the link that it says."""
+    homes = {f"XDG_{kind}_HOME": str(folder) for kind in ("CONFIG", "DATA", "STATE")}
+    command = [sys.executable, "-m", "handout", "studio", "--no-browser", "--json", *words]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env={**os.environ, **homes})
+    return process, json.loads(process.stdout.readline())["link"]
