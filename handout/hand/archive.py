@@ -81,10 +81,7 @@ def pack(members: Mapping[str, Content | Packed], behind: bytes = b"", level: in
 def write(path: Path, members: Mapping[str, Content]) -> None:
     """Pack `members` into the file `path`, whole or not at all.
 
-    Raises
-    ------
-    InputError
-        The file cannot be written.
+    Raises InputError: the file cannot be written.
     """
     atomic.write(path, pack(members))
 
@@ -112,10 +109,7 @@ def content_bytes(content: Content) -> bytes:
 class Archive:
     """An archive that is being read; each method checks what it gives.
 
-    Raises
-    ------
-    InputError
-        From every method: the file cannot be opened, is damaged, or does not hold what it must.
+    Raises InputError: from every method: the file cannot be opened, is damaged, or does not hold what it must.
     """
 
     def __init__(self, path: Path, data: bytes | None = None) -> None:

@@ -237,10 +237,7 @@ class Applied(NamedTuple):
 def read_corrections(data: bytes, source: str) -> tuple[AnyCorrection, ...]:
     """The corrections in a JSON text: an object with a list ``corrections``, or that list alone.
 
-    Raises
-    ------
-    InputError
-        Not JSON, or an operation that there is not.
+    Raises InputError: not JSON, or an operation that there is not.
     """
     try:
         if data.lstrip().startswith(b"["):
@@ -258,10 +255,8 @@ def apply(hand: ScannedHand, corrections: Sequence[AnyCorrection], *, strict: bo
 
     strict : False: a letter may be called what the transcript has not, as earlier programs allowed.
 
-    Raises
-    ------
-    InputError
-        A correction that finds nothing within 1 mm of its place, or cannot be made; the message has its number.
+    Raises InputError: a correction that finds nothing within 1 mm of its place, or cannot be made; the message has its
+    number.
     """
     return apply_and_tell(hand, corrections, strict=strict).hand
 

@@ -203,10 +203,7 @@ class _DrawnFile(msgspec.Struct, forbid_unknown_fields=True):
 def read_drawn_hand(path: Path) -> Hand:
     """Read a drawn hand.
 
-    Raises
-    ------
-    InputError
-        Not TOML, an unknown key, an entry that is not defined, or points that are not numbers.
+    Raises InputError: not TOML, an unknown key, an entry that is not defined, or points that are not numbers.
     """
     try:
         file = msgspec.convert(load_table(path, "a drawn hand"), _DrawnFile)

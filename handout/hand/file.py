@@ -91,10 +91,7 @@ def save(hand: ScannedHand, path: Path, *, packed: bool = False) -> None:
 
     packed : see `to_bytes`.
 
-    Raises
-    ------
-    InputError
-        The file cannot be written or would not be read back.
+    Raises InputError: the file cannot be written or would not be read back.
     """
     _write(path, to_bytes(hand, packed=packed))
 
@@ -109,10 +106,7 @@ def record(source: Path, path: Path, before: ScannedHand, after: ScannedHand, en
     before : the hand that `load` gives of `source`.
     after : what the entry made of it.
 
-    Raises
-    ------
-    InputError
-        As `load` and `save`.
+    Raises InputError: as `load` and `save`.
     """
     return record_all(source, path, before, [(after, entry)])
 
@@ -154,10 +148,7 @@ def record_all(
 def keep_learnt(path: Path, values: Mapping[str, Array]) -> None:
     """Add what was worked out of a hand to its file; for a hand that ships, to a file beside it.
 
-    Raises
-    ------
-    InputError
-        As `load` and `save`.
+    Raises InputError: as `load` and `save`.
     """
     with Archive(path) as archive:
         folders = _folders(_journal(archive, path)[0].made)
@@ -181,10 +172,7 @@ def beside(hand: ScannedHand) -> Path | None:
 def keep_beside(hand: ScannedHand, values: Mapping[str, Array]) -> None:
     """Keep what was worked out of a hand in the file `beside` it.
 
-    Raises
-    ------
-    InputError
-        The folder cannot be written.
+    Raises InputError: the folder cannot be written.
     """
     if path := beside(hand):
         atomic.write(path, _learnt_bytes(_read_from[hand][1], values))
@@ -205,10 +193,7 @@ def _fingerprint(archive: Archive) -> str:
 def rewind(source: Path, path: Path, made: int) -> CorrectionJournal:
     """Write the hand of `source` to `path` with the first `made` entries of its journal in force.
 
-    Raises
-    ------
-    InputError
-        As `load` and `save`; the journal has fewer entries than that.
+    Raises InputError: as `load` and `save`; the journal has fewer entries than that.
     """
     with Archive(source) as archive:
         journal, _ = _journal(archive, source)
@@ -223,10 +208,7 @@ def rewind(source: Path, path: Path, made: int) -> CorrectionJournal:
 def without_scans(path: Path) -> bytes:
     """The bytes of a file without the scans of its pages.
 
-    Raises
-    ------
-    InputError
-        As `load`.
+    Raises InputError: as `load`.
     """
     _refuse_foreign(path)
     with Archive(path) as archive:
@@ -236,10 +218,7 @@ def without_scans(path: Path) -> bytes:
 def journal(path: Path) -> CorrectionJournal:
     """What was corrected of the hand of a file.
 
-    Raises
-    ------
-    InputError
-        As `load`.
+    Raises InputError: as `load`.
     """
     _refuse_foreign(path)
     with Archive(path) as archive:
@@ -311,10 +290,8 @@ def _journal_bytes(journal: CorrectionJournal) -> bytes:
 def load(path: Path) -> ScannedHand:
     """The hand of a file, its corrections made; textures are read when they are looked at.
 
-    Raises
-    ------
-    InputError
-        Not a .hand file, one that is damaged or made by a newer program, or one whose parts do not fit together.
+    Raises InputError: not a .hand file, one that is damaged or made by a newer program, or one whose parts do not fit
+    together.
     """
     return _read_file(path, None)
 
@@ -322,10 +299,7 @@ def load(path: Path) -> ScannedHand:
 def check(path: Path, data: bytes | None = None) -> ScannedHand:
     """The hand of the file `path`, or of `data` that are to become it, with every part looked at, the ink too.
 
-    Raises
-    ------
-    InputError
-        As `load`, or the ink is damaged.
+    Raises InputError: as `load`, or the ink is damaged.
     """
     hand = _read_file(path, data)
     for page in hand.pages:

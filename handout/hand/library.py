@@ -49,10 +49,7 @@ def comes_with_program(path: Path) -> bool:
 def scanned_file(name: str) -> Path:
     """The .hand file of a scanned hand: one of `scanned()`, or a path that ends in .hand.
 
-    Raises
-    ------
-    InputError
-        No such hand (the message lists the nearest).
+    Raises InputError: no such hand (the message lists the nearest).
     """
     if name.endswith(".hand"):
         return Path(name)
@@ -67,10 +64,7 @@ def scanned_file(name: str) -> Path:
 def own_file(name: str) -> Path:
     """Where the user's own scanned hand of that name is kept, or would be.
 
-    Raises
-    ------
-    InputError
-        No name for a file, or that of a drawn hand.
+    Raises InputError: no name for a file, or that of a drawn hand.
     """
     if not name.replace("-", "").replace("_", "").isalnum():
         raise InputError(f"A hand cannot be called {name!r}: use letters, digits, - and _.")

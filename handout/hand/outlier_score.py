@@ -257,10 +257,7 @@ ARRAYS = ("middle", "spread", "within", "between", "anywhere", "apart", "weights
 def load(path: Path) -> OutlierModel:
     """Read a model.
 
-    Raises
-    ------
-    InputError
-        Not such a file.
+    Raises InputError: not such a file.
     """
     try:
         with np.load(path, allow_pickle=False) as file:

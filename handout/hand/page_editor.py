@@ -106,10 +106,7 @@ def _room(page: ScannedPage, places: Sequence[tuple[float, float]], over: int) -
 def as_paper(page: ScannedPage, cover: Cover) -> tuple[ScannedPage, Indices]:
     """The page without the ink under `cover`.
 
-    Raises
-    ------
-    PaintError
-        There is none.
+    Raises PaintError: there is none.
     """
     gone = cover.covers_places(page.graph.uv)
     part, values = cover.overlap(page.texture.corner, page.texture.shape)
@@ -138,10 +135,7 @@ def without_rule(
 
     Strokes that cross it stay.  The third value is how many rules went.
 
-    Raises
-    ------
-    PaintError
-        No stroke runs along there.
+    Raises PaintError: no stroke runs along there.
     """
     from handout.branching import branches
 

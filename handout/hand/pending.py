@@ -46,10 +46,7 @@ class PendingLog:
     def add(self, made: int, corrections: Sequence[AnyCorrection] = (), back: int = 0) -> None:
         """Keep a step; `made` entries of the journal are in force in the .hand file.
 
-        Raises
-        ------
-        InputError
-            It cannot be kept; the log is as it was.
+        Raises InputError: it cannot be kept; the log is as it was.
         """
         step = msgspec.json.encode(_Step(tuple(corrections), back), enc_hook=float) + b"\n"
         try:

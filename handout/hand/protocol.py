@@ -53,10 +53,7 @@ class AnyHand(Protocol):
     def with_haste(self, haste: float) -> Self:
         """The hand written with haste: −1 (careful) to 1 (as fast as it goes), 0 as it is.
 
-        Raises
-        ------
-        InputError
-            A haste outside −1 to 1, or a hand that is as hurried as it was written.
+        Raises InputError: a haste outside −1 to 1, or a hand that is as hurried as it was written.
         """
 
     def x_height_on(self, spacing: float, usual: float) -> float:

@@ -38,10 +38,7 @@ _PITCH = (3.9, 8.0)  # distance of lines, least and greatest
 def read_svg_font(path: Path) -> Hand:
     """Read an SVG font as a hand.
 
-    Raises
-    ------
-    InputError
-        Not SVG, no font in it, a font without letters, one of outlines, or a glyph that cannot be read.
+    Raises InputError: not SVG, no font in it, a font without letters, one of outlines, or a glyph that cannot be read.
     """
     try:
         with path.open("rb") as stream:

@@ -88,10 +88,7 @@ class Paper:
     first : mm below the top edge where one of the lines lies; None: where the writing has its lines, or one pitch.
     head : mm below the top edge above which there are no lines; None: one pitch.
 
-    Raises
-    ------
-    InputError
-        A pitch out of its bounds.
+    Raises InputError: a pitch out of its bounds.
     """
 
     name: str = "none"
@@ -109,10 +106,7 @@ class Paper:
 def parse_paper(text: str) -> Paper:
     """Read a paper: a name, a name with the distance of its lines (and its first rule), or a file.
 
-    Raises
-    ------
-    InputError
-        A paper that there is not, or a length that is none.
+    Raises InputError: a paper that there is not, or a length that is none.
     """
     name, colon, pitch = text.partition(":")
     if colon and name in ("ruled", "squared"):
@@ -146,10 +140,7 @@ def place_lines(paper: Paper, about: Mapping[str, Any]) -> Paper:
 def sheet(paper: Paper, page: Page, dpi: float, rng: np.random.Generator) -> NDArray[np.uint8] | None:
     """(h, w, 3) uint8, device RGB: the paper at the size of the page; None for no paper, which is all white.
 
-    Raises
-    ------
-    InputError
-        A name that is neither a paper nor a picture that can be read.
+    Raises InputError: a name that is neither a paper nor a picture that can be read.
     """
     if paper.name == "none":
         return None

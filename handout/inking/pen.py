@@ -34,10 +34,7 @@ class Pen:
     colour : ``"#rrggbb"``, of one pass of the pen at usual pressure on white.
     model : one of `PENS`, of which only ``plain`` draws a line without texture; or a brush, by name or file.
 
-    Raises
-    ------
-    InputError
-        A width out of its bounds, no such colour, or no such model.
+    Raises InputError: a width out of its bounds, no such colour, or no such model.
     """
 
     width: float = 0.3
@@ -64,10 +61,7 @@ def is_brush(model: str) -> bool:
 def usual(model: str, width: float | None = None, colour: str | None = None) -> Pen:
     """A pen of the model, with the width (mm) and the ink (see `colour_code`) usual for it where none are given.
 
-    Raises
-    ------
-    InputError
-        As `Pen`.
+    Raises InputError: as `Pen`.
     """
     own_width, own_colour = _USUAL.get(model, (0.3, "#000000"))
     return Pen(own_width if width is None else width, own_colour if colour is None else colour_code(colour), model)
@@ -76,10 +70,7 @@ def usual(model: str, width: float | None = None, colour: str | None = None) -> 
 def colour_code(colour: str) -> str:
     """A colour as ``"#rrggbb"``, of that or of any way in which CSS writes colours, such as a name.
 
-    Raises
-    ------
-    InputError
-        No colour, or one that is seen through.
+    Raises InputError: no colour, or one that is seen through.
     """
     from PIL import ImageColor
 
@@ -103,10 +94,7 @@ def colour_code(colour: str) -> str:
 def rgb(colour: str) -> tuple[float, float, float]:
     """(r, g, b) in 0–1 of a colour written ``"#1a1a2e"`` or ``"#abc"``.
 
-    Raises
-    ------
-    InputError
-        Anything else.
+    Raises InputError: anything else.
     """
     if not _HEX.match(colour):
         raise InputError(f'colour: {colour!r} is not a colour; write it as "#rrggbb", such as "#1a1a2e".')

@@ -109,10 +109,7 @@ def replace_pen(manuscript: Manuscript, sample: ScannedHand, *, width: float | N
         Its ink is that of `sample`: give this to `texture` in place of the hand.  A word is two layers, of which each
         covers the ends of the other's pieces.
 
-    Raises
-    ------
-    InputError
-        A width out of its bounds, or a sample without enough clear lines.
+    Raises InputError: a width out of its bounds, or a sample without enough clear lines.
 
     Source: seed 000, §7.2.
     """
@@ -227,10 +224,7 @@ def add_strokes(page: Manuscript, written: Manuscript, sample: ScannedHand) -> M
     sample : ScannedHand
         Whose ink the strokes are written with, as wide as the letters of the page.
 
-    Raises
-    ------
-    InputError
-        There are strokes, and too few clear pieces of line to write them with.
+    Raises InputError: there are strokes, and too few clear pieces of line to write them with.
     """
     lines = [
         replace(x, placed=tuple(_strokes_as_line(p, sample) for p in x.placed if p.strokes)) for x in written.lines
@@ -271,10 +265,7 @@ def ink_drawing(manuscript: Manuscript, hand: ScannedHand, pen: ScannedHand | No
     pen : ScannedHand, optional
         Whose ink is taken instead of the hand's own; its letters need not be known.
 
-    Raises
-    ------
-    InputError
-        A pen of which there is too little.
+    Raises InputError: a pen of which there is too little.
     """
     about = {"hand": hand.name, **manuscript.about}
     letters = manuscript

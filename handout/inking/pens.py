@@ -144,10 +144,7 @@ def ink(drawing: Drawing, dpi: float, pen: Pen, rng: np.random.Generator) -> Ras
     Raster
         The whole page, (h, w, 4): over white, straight alpha shows the ink itself.  Pixels without ink are zero.
 
-    Raises
-    ------
-    InputError
-        A resolution or width out of its bounds, or a page of more than 4 gigapixels.
+    Raises InputError: a resolution or width out of its bounds, or a page of more than 4 gigapixels.
     """
     if drawing.ink is not None:
         return drawing.ink(dpi)

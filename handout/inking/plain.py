@@ -69,10 +69,7 @@ def coverage(drawing: Drawing, dpi: float, *, width: float = 0.4, variation: flo
     width : float
         Nominal width of the line, mm, 0.02 to 50; `variation` as in `widths`.
 
-    Raises
-    ------
-    InputError
-        A resolution, width or variation out of its bounds, or a page of more than 4 gigapixels.
+    Raises InputError: a resolution, width or variation out of its bounds, or a page of more than 4 gigapixels.
     """
     scale = dpi / 25.4
     cover = np.zeros(shape(drawing, dpi, width, variation), np.uint8)

@@ -162,10 +162,7 @@ class Swatches:
 def swatches(sample: ScannedHand) -> tuple[Swatches, ...]:
     """The pieces of every page that has enough of them.
 
-    Raises
-    ------
-    InputError
-        No page has.
+    Raises InputError: no page has.
 
     Source: seed 000, §7.2.
     """

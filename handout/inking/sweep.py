@@ -118,10 +118,7 @@ class Stock:
 def stock(hand: ScannedHand) -> Stock:
     """The places on a hand's lines.
 
-    Raises
-    ------
-    InputError
-        There are too few.
+    Raises InputError: there are too few.
     """
     unit, ink = hand.pages[0].pixel, [letter_vertices(hand, k) for k in range(len(hand.pages))]
     radii = [page.graph.radius[some] / unit for page, some in zip(hand.pages, ink, strict=True)]

@@ -85,10 +85,8 @@ def texture(manuscript: Manuscript, hand: ScannedHand, dpi: float, *, margin: fl
         The whole page, (h, w, 4), straight alpha, device RGB; pixels without ink are zero in all channels, and take
         memory only near ink.
 
-    Raises
-    ------
-    InputError
-        A resolution out of its bounds, a page of more than 4 gigapixels, or ink of a page that the hand does not have.
+    Raises InputError: a resolution out of its bounds, a page of more than 4 gigapixels, or ink of a page that the hand
+    does not have.
 
     Source: seed 000, §6.5.
     """

@@ -535,10 +535,7 @@ class _Flow:
     ) -> tuple[list[float], list[float]]:
         """Where the columns of a table begin, and how wide they are, mm: as what they hold, or as far as there is room.
 
-        Raises
-        ------
-        DoesNotFit
-            There is no room for their longest words.
+        Raises DoesNotFit: there is no room for their longest words.
         """
         columns = list(zip(*cells, strict=True))
         natural = [max((self._width(line) for lines in column for line in lines), default=0.0) for column in columns]

@@ -102,10 +102,7 @@ def load(
     name : what messages call a text; folder : where the pictures of a text are looked for; None: it has none.
     alone : whether names that lead to files are refused, but for those of pictures in the folder.
 
-    Raises
-    ------
-    InputError
-        A file that cannot be read, or what cannot be written: one sentence with the line.
+    Raises InputError: a file that cannot be read, or what cannot be written: one sentence with the line.
     """
     if isinstance(source, Path):
         try:

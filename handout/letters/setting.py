@@ -46,10 +46,8 @@ def set_letter(
 
     lines : the words of each paragraph, see `runs.lines_of`.
 
-    Raises
-    ------
-    DoesNotFit
-        Something is too wide or too high for its place, or there are too many pages; the message has the line.
+    Raises DoesNotFit: something is too wide or too high for its place, or there are too many pages; the message has the
+    line.
     """
     layout = setting.first
     scales = np.linspace(1.0, SMALLEST_FIT, 19) if layout.fit else np.ones(1)

@@ -105,10 +105,7 @@ def find_end(units: Sequence[str], begin: int, *, displayed: bool, marked: bool 
 def read_formula(units: Sequence[str], begin: int, end: int, displayed: bool) -> Formula:
     """The formula whose delimiters are part of `units[begin:end]`.
 
-    Raises
-    ------
-    WrongFormula
-        One sentence without its place, which is `at`.
+    Raises WrongFormula: one sentence without its place, which is `at`.
     """
     wide = 1 + displayed
     source = "".join(units[begin:end])

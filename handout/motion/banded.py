@@ -85,10 +85,7 @@ def factorise(
     velocity : (N − 1, D, D) float, optional
         Precision of each step from one sample to the next; needs weights of shape (N, D, D).
 
-    Raises
-    ------
-    numpy.linalg.LinAlgError
-        So stiff that the form is singular to working precision.
+    Raises numpy.linalg.LinAlgError: so stiff that the form is singular to working precision.
     """
     before, after = (order - 1 if kind != "free" else 0 for kind in (start, end))
     gathered = _gather(weights, before, after)

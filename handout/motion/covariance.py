@@ -48,10 +48,7 @@ def plan_covariances(plan: ActionPlan) -> Array:
 def settle_covariances(covariances: ArrayLike, targets: Array) -> Array:
     """Covariances (m, D, D) made symmetric and invertible, by a floor far below the extent of the `targets`.
 
-    Raises
-    ------
-    ValueError
-        Shape other than (m, D, D), or a matrix that is not positive semi-definite.
+    Raises ValueError: shape other than (m, D, D), or a matrix that is not positive semi-definite.
     """
     matrices = np.asarray(covariances, dtype=np.float64)
     m, d = targets.shape

@@ -63,10 +63,7 @@ def follow(
     t : (n,) float, s, from 0; an interval a point.
     xy : (n, 2) float, mm.
 
-    Raises
-    ------
-    ValueError
-        No points, no `rng`, a parameter outside its bounds.
+    Raises ValueError: no points, no `rng`, a parameter outside its bounds.
     """
     points = np.asarray(plan.points)
     if len(points) == 0:

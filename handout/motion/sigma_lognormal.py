@@ -57,10 +57,7 @@ def follow(
     t : (n,) float, s, from 0; an interval a point.
     xy : (n, 2) float, mm; the first and last sample are the first and last point.
 
-    Raises
-    ------
-    ValueError
-        No points, no `rng`, or fewer than two steps.
+    Raises ValueError: no points, no `rng`, or fewer than two steps.
     """
     if len(plan.points) == 0:
         raise ValueError("a plan needs at least one point")

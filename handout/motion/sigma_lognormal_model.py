@@ -64,10 +64,7 @@ def pulses(duration: ArrayLike, asymmetry: ArrayLike, theta: ArrayLike, onset: A
     onset : (k,) float, s
         When the duration begins.
 
-    Raises
-    ------
-    ValueError
-        A duration that is not positive and finite.
+    Raises ValueError: a duration that is not positive and finite.
 
     Source: seed 002, eq. 6–7.
     """

@@ -227,10 +227,7 @@ def tracker(
 
     `hold` multiplies the precision over the first and the last half interval.  A `guide` needs targets in the plane.
 
-    Raises
-    ------
-    ValueError
-        An order outside 2–5, too few steps for it, or a smoothness outside 0.01–2.
+    Raises ValueError: an order outside 2–5, too few steps for it, or a smoothness outside 0.01–2.
     """
     if order not in (2, 3, 4, 5):
         raise ValueError(f"order = {order} is outside 2 to 5")

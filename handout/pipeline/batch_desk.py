@@ -202,11 +202,8 @@ def keep_batch(table: Path | None, letter: str, markdown: bool, plan: BatchPlan,
 
     Without a table the letter is a text as it stands, which is made once.  One whose key is kept is shown.
 
-    Raises
-    ------
-    InputError
-        The table or the letter cannot be read, the folder cannot be written, or the key is another batch's; nothing is
-        kept then.
+    Raises InputError: the table or the letter cannot be read, the folder cannot be written, or the key is another
+    batch's; nothing is kept then.
     """
     content = [b"" if table is None else table.read_bytes(), letter.encode(), repr((markdown, plan)).encode()]
     content += [each.read_bytes() for each in sorted(pictures.iterdir())] if pictures else []
@@ -271,10 +268,7 @@ def try_table(table: Path, letter: str, markdown: bool, plan: BatchPlan, row: in
     numbers : of all rows in the file.
     tried : the `row` that is asked for by its number, in place of all.
 
-    Raises
-    ------
-    InputError
-        The table cannot be read.
+    Raises InputError: the table cannot be read.
     """
     with tempfile.TemporaryDirectory() as work:
         path = Path(work) / f"letter.{'md' if markdown else 'txt'}"
@@ -468,10 +462,7 @@ def approve_batch(name: str, made: str = "", left_out: Sequence[int] = ()) -> Fa
 def make_batch(name: str, ports: Sequence[str], at_zero: bool, *, listener: PageWire) -> Facts:
     """Print or plot a batch, or go on with it where its journal says; `ports` : of plotters, which share it.
 
-    Raises
-    ------
-    InputError, DeviceError
-        It is not approved, or what the message says.
+    Raises InputError, DeviceError: it is not approved, or what the message says.
     """
     batch = _find(name)
     with (batch.folder / _PLAN).open("rb+") as plan:

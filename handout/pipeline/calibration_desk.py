@@ -93,10 +93,7 @@ def _hex(colour: Array) -> str:
 def open_calibration(place: CalibrationPlace, *, listener: Listener = SILENT) -> Facts:
     """What comes next of a calibration, which is begun, or gone on with.
 
-    Raises
-    ------
-    InputError
-        No such printer or hand, or a chart that does not fit the printer.
+    Raises InputError: no such printer or hand, or a chart that does not fit the printer.
     """
     return _state(_wizard(place))
 
@@ -131,10 +128,7 @@ def _state(wizard: Wizard) -> Facts:
 def print_page(place: CalibrationPlace, *, listener: Listener = SILENT) -> Facts:
     """Print the chart or the strip, whichever comes next, or write it as PDF into the folder.
 
-    Raises
-    ------
-    InputError, PrinterError
-        As `Wizard.print_page`.
+    Raises InputError, PrinterError: as `Wizard.print_page`.
     """
     return _print_page(_wizard(place), place, place.to_printer)
 
@@ -162,10 +156,7 @@ def take_scans(place: CalibrationPlace, *, listener: Listener = SILENT) -> Facts
     Where no scans are given, the page is scanned through SANE, and that of a simulated printer by its simulated
     scanner, with `options.faults`.
 
-    Raises
-    ------
-    InputError
-        Nothing is to be scanned now; a file that is no picture.
+    Raises InputError: nothing is to be scanned now; a file that is no picture.
     """
     wizard, scans = _wizard(place), place.scans
     wizard.check("Nothing is to be scanned", Step.SCAN, Step.VERIFY)
@@ -278,10 +269,7 @@ def _strip_scans(wizard: Wizard, scans: Sequence[Path], folder: Path) -> Facts:
 def build_table(place: CalibrationPlace, *, listener: Listener = SILENT) -> Facts:
     """Build the table of the scans that were taken.
 
-    Raises
-    ------
-    InputError
-        Patches that contradict each other: then the chart has to be scanned again.
+    Raises InputError: patches that contradict each other: then the chart has to be scanned again.
     """
     wizard = _wizard(place)
     listener.progress(0.0, "building the table")
@@ -292,10 +280,7 @@ def build_table(place: CalibrationPlace, *, listener: Listener = SILENT) -> Fact
 def store_calibration(place: CalibrationPlace, *, listener: Listener = SILENT) -> Facts:
     """Store what was built, verified or not.
 
-    Raises
-    ------
-    InputError
-        Nothing was built yet, or it cannot be written.
+    Raises InputError: nothing was built yet, or it cannot be written.
     """
     wizard = _wizard(place)
     stored = wizard.store()
@@ -312,10 +297,7 @@ def scan_again(place: CalibrationPlace, *, listener: Listener = SILENT) -> Facts
 def give_report(place: CalibrationPlace, *, listener: Listener = SILENT) -> Facts:
     """The report of a stored calibration, by when it was made, or of the one in progress.
 
-    Raises
-    ------
-    InputError
-        There is none.
+    Raises InputError: there is none.
     """
     output = place.folder / "report.html"
     if place.made:

@@ -333,12 +333,8 @@ def correct_letters(name: str, revision: str, corrections: bytes, later: bool = 
 
     later : answer before those are aligned anew; `align_letters` then tells the rest.  The revision stays.
 
-    Raises
-    ------
-    StaleHand
-        The hand is not of that revision.
-    InputError
-        The hand comes with the program; a correction that cannot be made, or kept: nothing is, then.
+    Raises StaleHand: the hand is not of that revision. InputError: the hand comes with the program; a correction that
+    cannot be made, or kept: nothing is, then.
     """
     with _hold_desk(name, revision) as desk:
         new = read_corrections(corrections, "the corrections")
@@ -480,10 +476,7 @@ def _rewind_file(desk: _LetterDesk, made: int) -> set[int]:
 def keep_letters(name: str) -> Facts:
     """Take what was corrected into the .hand file.
 
-    Raises
-    ------
-    InputError
-        It cannot be written; the log keeps the corrections.
+    Raises InputError: it cannot be written; the log keeps the corrections.
     """
     with _hold_file(library.scanned_file(name)):
         desk = _desk(name)
@@ -540,12 +533,8 @@ def take_learnt(name: str, copy: str, made: int) -> Facts:
 
     made : as `begin_learning` said.
 
-    Raises
-    ------
-    StaleHand
-        Some of those corrections were undone meanwhile.
-    InputError
-        The file cannot be written: the hand stays as it is.
+    Raises StaleHand: some of those corrections were undone meanwhile. InputError: the file cannot be written: the hand
+    stays as it is.
     """
     with _hold_file(library.scanned_file(name)):
         keep_letters(name)

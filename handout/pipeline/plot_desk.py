@@ -188,10 +188,7 @@ def machines() -> Facts:
 def who_answers(port: str) -> Facts:
     """The machine that answers at a port, as `devices.probe` tells it; nothing moves.
 
-    Raises
-    ------
-    InputError, DeviceSilent
-        There is no such port; nobody answers.
+    Raises InputError, DeviceSilent: there is no such port; nobody answers.
     """
     known_port(port)
     return dict(probe(port))
@@ -287,10 +284,7 @@ def plot_page(name: str, page: int) -> str:
 def draw_plot(name: str, port: str, at_zero: bool, home_after: bool, *, listener: PageWire) -> Facts:
     """Draw a plot that is kept, or what is left of it, until it is finished or the page stops it.
 
-    Raises
-    ------
-    InputError, DeviceError
-        The message says how to go on.
+    Raises InputError, DeviceError: the message says how to go on.
     """
     known_port(port)
     job, page = find_job(name), AtPage(listener)

@@ -99,10 +99,7 @@ def narrow(profile: Plotter, ends: Sequence[tuple[float, float]], refusals: Sequ
     ends : (least, greatest) of x and y that it reaches, mm, in the coordinates of a program.
     refusals : of x and of y, the sentence of the error, with a place ``{}`` for what is left.
 
-    Raises
-    ------
-    DoesNotFit
-        Less than `_LEAST` is left, or not where a page would be laid.
+    Raises DoesNotFit: less than `_LEAST` is left, or not where a page would be laid.
     """
     sizes = []
     for name, (low, high), refusal, least, greatest in zip("xy", ends, refusals, *reach(profile), strict=True):

@@ -56,10 +56,7 @@ def find_announced(seconds: float = _LISTENS, wanted: int = 0, interfaces: list[
 
     wanted : that many are enough (0: all are waited for); interfaces : addresses of this computer's to listen at.
 
-    Raises
-    ------
-    PortError
-        zeroconf is not installed, or this computer is on no network.
+    Raises PortError: zeroconf is not installed, or this computer is on no network.
     """
     try:
         import zeroconf  # noqa: F401
@@ -139,12 +136,8 @@ def open_port(url: str, profile: Plotter) -> Port:
         another address of pyserial's; ``auto``: the only serial port that the machine can be at; ``sim:`` for the
         simulated plotter, with options such as ``sim:?fault=alarm&after=40&buffer=64&realtime=1``.
 
-    Raises
-    ------
-    PortError
-        It cannot be opened; the message says what to check and which serial ports there are.
-    InputError
-        Options the simulated plotter does not know, or no address.
+    Raises PortError: it cannot be opened; the message says what to check and which serial ports there are. InputError:
+    options the simulated plotter does not know, or no address.
     """
     if is_simulated(url):
         rest = url[4:]
@@ -224,10 +217,7 @@ def _listen(port: Port) -> bytes:
 def identify(url: str, open_at: Callable[[str, int], Port] = _open_at) -> MachineIdentity | None:
     """Find out who is at a port, of all dialects and at their usual speeds; None: nobody who answers.
 
-    Raises
-    ------
-    PortError
-        The port cannot be opened.
+    Raises PortError: the port cannot be opened.
     """
     if is_moonraker(url):
         speeds: dict[str, tuple[int, ...]] = {"klipper": (115200,)}
@@ -266,10 +256,7 @@ def find_port(
     """Where the only machine is that a profile can be for: a serial port, by its USB id or else by who answers; without
     any, an address on the network, by what is announced there.
 
-    Raises
-    ------
-    PortError
-        None, or several.
+    Raises PortError: none, or several.
     """
     serial = bool(dialect(profile.dialect).question.bauds)
     boards = _find_candidates(profile, _usb_devices(ports)) if serial else []
@@ -326,10 +313,7 @@ def only_port(
     """The only serial port with a USB id, and who is there; of several, the only one at which anybody answers; without
     any, the only machine that has announced itself on the network.
 
-    Raises
-    ------
-    PortError
-        None, or several; a single one cannot be opened.
+    Raises PortError: none, or several; a single one cannot be opened.
     """
     names = [port.name for port in _usb_devices(ports)]
     if not names and (found := _on_network("")):

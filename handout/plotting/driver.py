@@ -157,14 +157,9 @@ def draw(
     ----------
     fresh : whether the sheet is new; a simulated plotter asks.
 
-    Raises
-    ------
-    DoesNotFit
-        The machine's own settings leave less room than the drawing needs.
-    DeviceSilent, DeviceAlarm, PortError
-        The pen has been lifted then if the machine still answered.
-    KeyboardInterrupt
-        As it came; the machine has been stopped and its pen lifted.  It is still where it was stopped: see `park`.
+    Raises DoesNotFit: the machine's own settings leave less room than the drawing needs. DeviceSilent, DeviceAlarm,
+    PortError: the pen has been lifted then if the machine still answered. KeyboardInterrupt: as it came; the machine
+    has been stopped and its pen lifted.  It is still where it was stopped: see `park`.
     """
     monitor = monitor or Monitor()
     hooking.check(controller.profile)

@@ -46,12 +46,7 @@ def is_network(url: str) -> bool:
 def open_network(url: str) -> Port:
     """Open ``tcp://host:port`` (or ``telnet://``, ``socket://``; port 23) or ``ws://host:port/path`` (port 81).
 
-    Raises
-    ------
-    InputError
-        It is no such address.
-    PortError
-        Nobody takes the connection, or websockets is not installed.
+    Raises InputError: it is no such address. PortError: nobody takes the connection, or websockets is not installed.
     """
     return WebSocketPort(url) if url.startswith("ws:") else TcpPort(url)
 
@@ -222,12 +217,7 @@ def is_moonraker(url: str) -> bool:
 def open_moonraker(url: str) -> Port:
     """Open ``moonraker://host:port`` (WebSocket; port 7125) or ``moonraker+http://host:port``, which needs no library.
 
-    Raises
-    ------
-    InputError
-        It is no such address.
-    PortError
-        Nobody takes the connection, or websockets is not installed.
+    Raises InputError: it is no such address. PortError: nobody takes the connection, or websockets is not installed.
     """
     try:
         parts = urlsplit(url)

@@ -57,10 +57,7 @@ class Fidelity:
 def compare_strokes(intended: Drawing, executed: Drawing) -> Fidelity:
     """Compare two drawings of the same strokes in the same order.
 
-    Raises
-    ------
-    ValueError
-        They have not the same number of strokes, or none of them moves.
+    Raises ValueError: they have not the same number of strokes, or none of them moves.
     """
     pairs = list(zip(intended.strokes, executed.strokes, strict=True))
     moving = [pair for pair in pairs if has_speed(*pair)]

@@ -66,10 +66,7 @@ def check(profile: Plotter) -> None:
 def replace_heights(profile: Plotter, up: float | None, down: float | None) -> Plotter:
     """The profile with other heights of its pen; the range by which a pen follows pressure stays.
 
-    Raises
-    ------
-    InputError
-        There are no heights to set, or such as its servo or its Z axis cannot be told.
+    Raises InputError: there are no heights to set, or such as its servo or its Z axis cannot be told.
     """
     check(profile)
     pen = profile.pen
@@ -290,10 +287,7 @@ _ZERO = 0.02  # mm; a machine that says it stands in its zero may just have been
 def home(controller: Controller) -> None:
     """Lift the pen and go to zero: by its switches, or as it knows the way.
 
-    Raises
-    ------
-    DeviceAlarm
-        It has no switches, and does not know where it stands.
+    Raises DeviceAlarm: it has no switches, and does not know where it stands.
     """
     if controller.profile.homing:
         controller.home()
@@ -311,10 +305,8 @@ def home(controller: Controller) -> None:
 def jog(controller: Controller, dx: float, dy: float) -> None:
     """Lift the pen and travel so far along the machine's axes, mm.
 
-    Raises
-    ------
-    DoesNotFit
-        That would leave its bed; of a machine that may not know where it stands, that is longer than its bed.
+    Raises DoesNotFit: that would leave its bed; of a machine that may not know where it stands, that is longer than its
+    bed.
     """
     profile, at = controller.profile, controller.position()
     for way, most, axis in ((dx, profile.bed.width, "x"), (dy, profile.bed.height, "y")):
@@ -339,10 +331,7 @@ _FOUND = "found with: handout pen heights"
 def find_copy(name: str, again: bool) -> Path:
     """Where the user's own profile of that name lies.
 
-    Raises
-    ------
-    InputError
-        A name that is none, or of a file that is there and may not be replaced.
+    Raises InputError: a name that is none, or of a file that is there and may not be replaced.
     """
     if not _NAME.fullmatch(name):
         raise InputError(f"{name!r} cannot name a profile: use letters, digits, - and _, such as my-plotter.")
@@ -394,10 +383,7 @@ def check_copy(source: Path, keys: dict[str, float]) -> None:
 def save_copy(source: Path, path: Path, keys: dict[str, float]) -> None:
     """Write the copy, whole and valid, or nothing.
 
-    Raises
-    ------
-    InputError
-        The numbers are none that a profile can have, or the file cannot be written.
+    Raises InputError: the numbers are none that a profile can have, or the file cannot be written.
     """
     text = edit_profile(source.read_text(encoding="utf-8"), keys)
     _try_profile(text, source, path, keys)

@@ -49,10 +49,7 @@ def lower_to(pen: PenLift, value: float | None) -> PenLift:
 def lower_at_once(pen: PenLift, value: float) -> PenLift:
     """The pen as one that comes down to a value or a height, at once.
 
-    Raises
-    ------
-    InputError
-        There is nothing to set: the plotter has words for it, or it is moved by lines of the user's own.
+    Raises InputError: there is nothing to set: the plotter has words for it, or it is moved by lines of the user's own.
     """
     if pen.lift == "own":
         raise InputError("This plotter lifts and lowers its pen by itself (HP-GL): there are no heights to set.")

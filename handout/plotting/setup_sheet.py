@@ -279,10 +279,7 @@ def test_sheet(profile: Plotter, page: Page, rng: np.random.Generator) -> Drawin
     A square with diagonals, verniers for the play of both axes, ladders of speed, beginnings and ends of lines, dots,
     circles both ways and a little writing.  What the machine does not let one set (the pen of HP-GL) is left out.
 
-    Raises
-    ------
-    DoesNotFit
-        The page, or what the machine reaches of it, is too small for all that.
+    Raises DoesNotFit: the page, or what the machine reaches of it, is too small for all that.
     """
     placement = bed.place(page, profile)
     corners = placement.to_page(np.array(bed.reach(profile)))  # of what the pen reaches, mm
@@ -386,10 +383,7 @@ def write_captions(
 ) -> Drawing:
     """All captions as timed strokes on a page, in their order.
 
-    Raises
-    ------
-    MissingCharacters
-        The hand cannot write one of them.
+    Raises MissingCharacters: the hand cannot write one of them.
     """
     if not captions:
         return Drawing((), page)

@@ -122,10 +122,7 @@ def lines(strokes: list[Stroke]) -> Any:
 def from_document(document: Any) -> Drawing:
     """A vpype document as a drawing: lines in their order, layer by layer, with the layers' names and colours.
 
-    Raises
-    ------
-    InputError
-        There are no lines in it.
+    Raises InputError: there are no lines in it.
     """
     strokes = tuple(_strokes(document))
     if not strokes:

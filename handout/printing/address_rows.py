@@ -59,10 +59,7 @@ def row(number: int, texts: Sequence[str], columns: Sequence[Column], wanted: st
     ----------
     wanted : kind of address that is preferred, "" for the usual order.
 
-    Raises
-    ------
-    TableError
-        Two columns hold the same thing, and differ.
+    Raises TableError: two columns hold the same thing, and differ.
     """
     by_header = _name_cells(columns, texts)
     filled = [Cell(column, text) for column, text in zip(columns, texts, strict=False) if text]

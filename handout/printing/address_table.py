@@ -108,10 +108,7 @@ def read_addresses(
 def read_rows(path: Path, columns: Sequence[str] = ()) -> Addresses:
     """Read a table of which no address is wanted, as `read_addresses` reads one: its rows have cells and no lines.
 
-    Raises
-    ------
-    TableError, InputError
-        As there, but for what concerns addresses.
+    Raises TableError, InputError: as there, but for what concerns addresses.
     """
     table = _read_table(path, columns)
     records, notes = _records_below(table)
@@ -263,10 +260,7 @@ def _add_encoding_warning(row: TableRow, sheet: TableSheet, record: TableRecord)
 def _find_kind(address: str, columns: Sequence[Column]) -> str:
     """The kind of address that is asked for, as the columns have it.
 
-    Raises
-    ------
-    TableError
-        The table has one address a row, or none of that kind.
+    Raises TableError: the table has one address a row, or none of that kind.
     """
     if not address:
         return ""

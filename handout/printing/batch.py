@@ -83,14 +83,8 @@ def make_rows(
     make : makes rows as they are asked for; it may be some rows ahead.
     check : the same, but their pages, for a device that gets none where one row cannot be made; None: `make`.
 
-    Raises
-    ------
-    InputError
-        Rows that do not exist, or copies out of bounds.
-    RowsRefused
-        Some cannot be made, and `options` say that then none is.
-    PrintingStopped
-        The device refused a page after others had been sent.
+    Raises InputError: rows that do not exist, or copies out of bounds. RowsRefused: some cannot be made, and `options`
+    say that then none is. PrintingStopped: the device refused a page after others had been sent.
     """
     chosen, again = chosen_rows(rows, options, journal.resumed)
     copies = {row.number: options.copies * row.copies for row in chosen}
@@ -369,10 +363,7 @@ def destinations(
 
     apart : the ways to printers that make the envelopes, if there are such.
 
-    Raises
-    ------
-    InputError
-        Two are one, or they take pages in different ways.
+    Raises InputError: two are one, or they take pages in different ways.
     """
     if options.out is not None or len(ways) + len(apart) == 1:
         return destination(ways[0], options, sheets)

@@ -270,10 +270,7 @@ class ColumnAssignment:
 def read_assignments(texts: Sequence[str]) -> tuple[ColumnAssignment, ...]:
     """The assignments in the texts of the option ``--columns``.
 
-    Raises
-    ------
-    InputError
-        Not of the form, or a role that there is not.
+    Raises InputError: not of the form, or a role that there is not.
     """
     assignments = []
     for pair in (part for text in texts for part in _NEXT_ASSIGNMENT.split(text) if part.strip()):
@@ -306,10 +303,7 @@ def names_any(assignments: Sequence[ColumnAssignment], headers: Sequence[str]) -
 def assign(assignments: Sequence[ColumnAssignment], columns: Sequence[Column]) -> list[Column]:
     """The columns with the roles that the user assigns; other columns of those roles lose them.
 
-    Raises
-    ------
-    InputError
-        A header or a place that the table does not have.
+    Raises InputError: a header or a place that the table does not have.
     """
     roles: dict[int, str | None] = {}
     headers = [column.header for column in columns]

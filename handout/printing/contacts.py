@@ -39,10 +39,7 @@ class _Property:
 def read_contacts(text: str) -> tuple[list[list[str]], list[str]]:
     """The header and a row for each card, and what was left out of them, in phrases.
 
-    Raises
-    ------
-    TableError
-        A card is not closed, or of another version.
+    Raises TableError: a card is not closed, or of another version.
     """
     rows, left = [list(_HEADERS)], Counter[str]()
     for card in _cards(text):

@@ -82,10 +82,7 @@ def address_layout(page: Page, lines: int, longest: int = 20, x_height: float | 
     x_height : float, optional
         mm; otherwise 3.2 mm on the usual envelopes, less on small ones, for long lines and for many lines.
 
-    Raises
-    ------
-    InputError
-        A page too small to be written on.
+    Raises InputError: a page too small to be written on.
     """
     scale = min(1.0, page.height / 104, page.width / 150)
     stamps, bar_code, side = _STAMPS * scale, _BAR_CODE * scale, _SIDE * scale

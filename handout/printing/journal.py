@@ -250,11 +250,8 @@ class Journal(JournalRun):
 def begin(what: Batch, seed: int, place: Path | None = None, afresh: bool = False) -> Journal:
     """A new run of a batch.
 
-    Raises
-    ------
-    InputError
-        The journal cannot be written, another program is printing this batch, or the last run broke off and this one
-        is not `afresh`.
+    Raises InputError: the journal cannot be written, another program is printing this batch, or the last run broke off
+    and this one is not `afresh`.
     """
     path = _path(what, place)
     file = JournalFile(path, _BUSY)
@@ -275,10 +272,7 @@ def begin(what: Batch, seed: int, place: Path | None = None, afresh: bool = Fals
 def resume(what: Batch, place: Path | None = None) -> Journal:
     """Continue the journal of the batch's last run.
 
-    Raises
-    ------
-    InputError
-        There is no such run: no batch of this table, or one of other content, hand or options.
+    Raises InputError: there is no such run: no batch of this table, or one of other content, hand or options.
     """
     path = _path(what, place)
     if not path.exists():

@@ -107,10 +107,7 @@ class Feeding:
     def for_page(cls, page: Page, profile: Printer) -> Feeding:
         """How this printer is fed with such a page.
 
-        Raises
-        ------
-        InputError
-            The flap cannot be where the profile says, the way the sheet is fed.
+        Raises InputError: the flap cannot be where the profile says, the way the sheet is fed.
         """
         turn = turn_for(page, profile)
         flap = profile.flap or {"": "leading"}.get(turn, turn)

@@ -33,10 +33,7 @@ _FOLDER = "file:"
 def ticket(profile: Printer, page: Page, title: str, name: str = "") -> Ticket:
     """The ticket of `page` on this printer, its media named as it is fed; `name` is for a file.
 
-    Raises
-    ------
-    ProfileError
-        The profile feeds from a tray that it does not list.
+    Raises ProfileError: the profile feeds from a tray that it does not list.
     """
     if profile.sources and profile.source and profile.source not in profile.sources:
         raise ProfileError(
@@ -54,10 +51,7 @@ def resolve(name: str, queue: str = "") -> Printer:
     and any address, with 600 dpi and a margin of 5 mm, which nearly every printer can keep.  A profile that is a file
     needs no queue.  With `queue` (a queue's name, ``ipp://…`` or ``file:FOLDER``) the pages go there.
 
-    Raises
-    ------
-    ProfileError
-        Neither a queue nor a profile; the message lists the nearest profiles and the queues.
+    Raises ProfileError: neither a queue nor a profile; the message lists the nearest profiles and the queues.
     """
     names, name = profiles.names("printer"), profiles.full(name)
     if queue:
@@ -83,13 +77,8 @@ def resolve(name: str, queue: str = "") -> Printer:
 def open_queue(profile: Printer, say: Say = lambda message: None) -> Queue:
     """Open the queue that a profile's `queue` names: an address, a folder, or a CUPS queue, which must exist.
 
-    Raises
-    ------
-    InputError
-        A format that this way does not take, or an address that is none.
-    PrinterError
-        The printer does not answer; no print system, no such queue, or no default; the message says what there is
-        and the way out.
+    Raises InputError: a format that this way does not take, or an address that is none. PrinterError: the printer does
+    not answer; no print system, no such queue, or no default; the message says what there is and the way out.
     """
     if transport.is_address(profile.queue):
         return IppQueue(
@@ -202,12 +191,8 @@ class CupsQueue(Queue):
     def send(self, pdf: Path, ticket: Ticket) -> str:
         """Queue one PDF with ``lp``; a busy queue is asked again for about seven seconds.
 
-        Raises
-        ------
-        OutcomeUnknown
-            ``lp`` does not come to an end, and CUPS does not know the job.
-        PrinterError
-            ``lp`` is missing or refuses the job; the message holds its own words.
+        Raises OutcomeUnknown: ``lp`` does not come to an end, and CUPS does not know the job. PrinterError: ``lp`` is
+        missing or refuses the job; the message holds its own words.
         """
         try:
             done = self._submit(lp_arguments(self.name, pdf, ticket))

@@ -116,12 +116,7 @@ class Queue(ABC):
     def send(self, page: Path, ticket: Ticket) -> str:
         """Queue one page and return the job's name.
 
-        Raises
-        ------
-        OutcomeUnknown
-            It may have been taken.
-        PrinterError
-            It was certainly not.
+        Raises OutcomeUnknown: it may have been taken. PrinterError: it was certainly not.
         """
 
     def follow(self, job: str, title: str) -> Outcome:
@@ -143,10 +138,7 @@ class FolderQueue(Queue):
     def __init__(self, folder: Path, format: str = "pdf") -> None:
         """Make the folder; `format` is a key of `documents.WRITERS`.
 
-        Raises
-        ------
-        InputError
-            The folder cannot be made.
+        Raises InputError: the folder cannot be made.
         """
         self._folder, self.name, self.format = folder, str(folder), format
         try:

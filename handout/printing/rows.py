@@ -40,10 +40,7 @@ def select(rows: Sequence[TableRow], text: str) -> list[TableRow]:
     text : str
         Numbers and ranges: ``"3-7,9"``; ``"7-"`` goes to the end, ``"-4"`` begins at the start.
 
-    Raises
-    ------
-    InputError
-        Not a list of rows, or a part of it that names no row of the table.
+    Raises InputError: not a list of rows, or a part of it that names no row of the table.
     """
     if not text.strip():
         return list(rows)

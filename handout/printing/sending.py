@@ -172,10 +172,7 @@ class Spool(Destination):
         ----------
         taken : all pieces of each row, as soon as it is made; none of one that cannot be.
 
-        Raises
-        ------
-        PrintingStopped
-            The queue refused a page, or did not print it.
+        Raises PrintingStopped: the queue refused a page, or did not print it.
         """
         for begun in jobs_of(run.todo.wait, run.journal):
             with run.stoppable(self.queue, begun):

@@ -111,10 +111,7 @@ class Several(Destination):
     def send_rows(self, taken: Iterable[Sequence[Piece]], run: BatchRun, tell: Tell) -> tuple[Job, ...]:
         """Send the rows of a batch by all of the devices at once; see `Spool.send_rows`.
 
-        Raises
-        ------
-        PrintingStopped
-            Devices stopped, and something is left that the others could not make.
+        Raises PrintingStopped: devices stopped, and something is left that the others could not make.
         """
         sharing = _Sharing(self, iter(taken), run, tell)
         for piece in run.todo.wait:

@@ -88,10 +88,7 @@ class TableSheet:
 def read_sheet(path: Path) -> TableSheet:
     """The cells of a table: of a workbook (openpyxl), of a contacts file, or of delimited text.
 
-    Raises
-    ------
-    TableError
-        No table, empty, damaged, or a quotation mark that is never closed.
+    Raises TableError: no table, empty, damaged, or a quotation mark that is never closed.
     """
     try:
         data = path.read_bytes()

@@ -37,10 +37,7 @@ def log_probability(log_posteriors: Array, labels: Sequence[int]) -> float:
 
     Minus infinity where the steps are too few for them.
 
-    Raises
-    ------
-    ValueError
-        A label is the blank, or not a class.
+    Raises ValueError: a label is the blank, or not a class.
     """
     return float(log_probabilities([log_posteriors], [labels])[0])
 
@@ -148,10 +145,7 @@ def _probability_without(number: int, labels: Sequence[int], ahead: Array, behin
 def alignment(log_posteriors: Array, labels: Sequence[int]) -> Indices:
     """(letters, 2) int: first step and the one after the last of each letter, on the best way through the steps.
 
-    Raises
-    ------
-    ValueError
-        The steps are too few for the labels.
+    Raises ValueError: the steps are too few for the labels.
     """
     states = _states(labels, log_posteriors.shape[1])
     if not labels:

@@ -122,10 +122,7 @@ class PictureReading:
     def labels(self, text: str) -> tuple[int, ...]:
         """Groups of a text's letters.
 
-        Raises
-        ------
-        ValueError
-            One of them is no letter that is read.
+        Raises ValueError: one of them is no letter that is read.
         """
         return _labels(text, self.grouped[1])
 
@@ -157,10 +154,7 @@ class PictureReading:
     def spans(self, text: str) -> tuple[ReadLetter, ...]:
         """Every letter of `text` with its place, and what is seen there.
 
-        Raises
-        ------
-        ValueError
-            The picture is too narrow for the text.
+        Raises ValueError: the picture is too narrow for the text.
         """
         logs, groups = self.grouped
         labels = _labels(text, groups)
@@ -202,10 +196,7 @@ class Reader:
     def read(self, picture: Array) -> PictureReading:
         """What stands in a density picture (HEIGHT, w) in word space, `MARGIN` columns of paper added at either end.
 
-        Raises
-        ------
-        ValueError
-            The picture has another height.
+        Raises ValueError: the picture has another height.
         """
         return self.reading(self.features(picture))
 
@@ -318,10 +309,7 @@ def known(text: str) -> bool:
 def _labels(text: str, groups: str) -> tuple[int, ...]:
     """Classes of a text's letters; a character that the network does not know is read as what it looks like.
 
-    Raises
-    ------
-    ValueError
-        It looks like none.
+    Raises ValueError: it looks like none.
     """
     seen = _stand_ins("".join(map(fold, text)))
     if JUNK in seen:
@@ -337,10 +325,7 @@ def _spell(labels: tuple[int, ...], letters: str) -> str:
 def load(path: Path = NETWORK) -> Reader:
     """The reader that ships, or one that was trained.
 
-    Raises
-    ------
-    InputError
-        The file is missing or is none.
+    Raises InputError: the file is missing or is none.
     """
     try:
         with np.load(path) as file:

@@ -25,10 +25,7 @@ _WIDEST = 4096  # columns of a drawing: more than the longest word, less than fi
 def normalised(density: Array) -> NDArray[np.float32]:
     """(HEIGHT, w) float32, 0 paper and 1 ink: a density picture in word space, with the pen's usual density as 1.
 
-    Raises
-    ------
-    ValueError
-        The picture has another height.
+    Raises ValueError: the picture has another height.
     """
     picture = np.asarray(density, dtype=np.float32)
     if picture.ndim != 2 or picture.shape[0] != HEIGHT:

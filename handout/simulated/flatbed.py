@@ -79,10 +79,7 @@ class FlatbedSettings:
     bits : 8 or 16 of a colour.
     jpeg : quality with which the picture was kept, 1–100, 8 bits only; 0: without loss.
 
-    Raises
-    ------
-    InputError
-        A value out of its bounds.
+    Raises InputError: a value out of its bounds.
     """
 
     crosstalk: float = 0.07

@@ -55,10 +55,7 @@ class Loop:
         ----------
         frame : left, top, right, bottom, mm, of what the hand's pen writes in, on every page.
 
-        Raises
-        ------
-        InputError
-            No document as this printer gets them.
+        Raises InputError: no document as this printer gets them.
         """
         paths = []
         for number, (_, pixels) in enumerate(pages(document, self.profile.dpi), 1):
@@ -102,10 +99,7 @@ def write(picture: NDArray[np.unsignedinteger[Any]], dpi: float, path: Path) -> 
 def make_loop(profile: Printer, paper: str = WHITE, faults: Iterable[str] = (), hand: str = "") -> Loop:
     """The loop of a simulated printer; `faults` are of the printer, or settings of the scanner (`SETTINGS`).
 
-    Raises
-    ------
-    InputError
-        Not a simulated printer, a paper that it does not have, or an unknown fault.
+    Raises InputError: not a simulated printer, a paper that it does not have, or an unknown fault.
     """
     if not profile.simulated:
         raise InputError(f"{profile.title} is not simulated: print the chart on it and scan that.")
@@ -135,10 +129,7 @@ def pages(path: Path, dpi: float) -> Iterator[tuple[Page, NDArray[np.uint8]]]:
     ----------
     dpi : of the printer.
 
-    Raises
-    ------
-    InputError
-        The file cannot be read, is no such PDF, or was made for another resolution.
+    Raises InputError: the file cannot be read, is no such PDF, or was made for another resolution.
     """
     try:
         data = path.read_bytes()

@@ -62,10 +62,7 @@ _ADOBE_GAMMA = 563 / 256  # Source: Adobe RGB (1998) Color Image Encoding
 def check(names: Iterable[str]) -> frozenset[str]:
     """The faults of those names.
 
-    Raises
-    ------
-    InputError
-        No such fault; the message lists what there is.
+    Raises InputError: no such fault; the message lists what there is.
     """
     asked = frozenset(names)
     for name in sorted(asked - set(FAULTS)):
@@ -136,10 +133,7 @@ class Press(ABC):
     faulty : names of what is wrong with it, see `FAULTS`.
     grain : standard deviation of the ink of a pixel at 300 dpi, as a share of it; of finer pixels more.
 
-    Raises
-    ------
-    InputError
-        An unknown fault, or a grain outside 0–0.5.
+    Raises InputError: an unknown fault, or a grain outside 0–0.5.
     """
 
     def __init__(self, faulty: Iterable[str] = (), grain: float = 0.0) -> None:
@@ -187,10 +181,7 @@ class Press(ABC):
         margins : what the printer leaves white at the edges of the sheet, mm; None: it prints to the edge.
         rng : for the grain, where there is any.
 
-        Raises
-        ------
-        InputError
-            Not such a picture.
+        Raises InputError: not such a picture.
         """
         if page.ndim != 3 or page.shape[2] != 3 or page.dtype != np.uint8 or page.size == 0:
             raise InputError(f"The simulated printer takes (h, w, 3) uint8, not {page.shape} {page.dtype}.")
@@ -292,10 +283,7 @@ PAPERS = {
 def find_paper(name: str) -> PrintedPaper:
     """The paper of that name.
 
-    Raises
-    ------
-    InputError
-        No such paper; the message lists what there is.
+    Raises InputError: no such paper; the message lists what there is.
     """
     if name not in PAPERS:
         near = difflib.get_close_matches(name, PAPERS, 1)
@@ -358,10 +346,7 @@ def mix_halftone(coverage: Array, overlaps: Array, n: float) -> Array:
 def grow_dots(coverage: Array, gain: float) -> Array:
     """Coverage after dots have grown: a + 4 g a (1 − a), so that a half becomes a half + g.
 
-    Raises
-    ------
-    ValueError
-        A gain outside 0–0.25.
+    Raises ValueError: a gain outside 0–0.25.
     """
     if not 0 <= gain <= GREATEST_GAIN:
         raise ValueError(f"a gain of {gain:g} is outside 0 to {GREATEST_GAIN:g}")
@@ -392,10 +377,7 @@ class Inkjet(Press):
     n : Yule–Nielsen factor, 1–10: how far light spreads in the paper.
     faults, grain : see `Press`.
 
-    Raises
-    ------
-    InputError
-        An unknown paper or fault, or a number out of its bounds.
+    Raises InputError: an unknown paper or fault, or a number out of its bounds.
     """
 
     def __init__(

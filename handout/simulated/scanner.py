@@ -54,10 +54,7 @@ def scan(sheet: SimulatedSheet, dpi: float, flatbed: FlatbedSettings, rng: np.ra
 
     The same state of `rng` lays the sheet, its warp, its dust and the lamp alike at any resolution.
 
-    Raises
-    ------
-    InputError
-        A resolution outside 50–1200 dpi, or a crop that leaves nothing.
+    Raises InputError: a resolution outside 50–1200 dpi, or a crop that leaves nothing.
     """
     import cv2
 

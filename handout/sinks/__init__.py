@@ -217,11 +217,8 @@ def check_outputs(
 ) -> list[Path]:
     """The files that `pages` pages become, checked before any work is done for them.
 
-    Raises
-    ------
-    InputError
-        A suffix that is not known (the message lists the known ones), two outputs of the same name, or a place
-        that cannot be written.
+    Raises InputError: a suffix that is not known (the message lists the known ones), two outputs of the same name, or a
+    place that cannot be written.
     """
     files = [file for path in paths for file in _files(Path(path), pages, extra)]
     resolved: set[Path] = set()
@@ -263,10 +260,8 @@ def write_drawings(
     list of Path
         The files written, in the order of `paths`, pages in order.
 
-    Raises
-    ------
-    InputError
-        No page, transparent paper, travel where it cannot be shown, or what `check_outputs` and the formats refuse.
+    Raises InputError: no page, transparent paper, travel where it cannot be shown, or what `check_outputs` and the
+    formats refuse.
     """
     if not drawings:
         raise InputError("There is no page to write.")

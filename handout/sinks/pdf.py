@@ -38,10 +38,7 @@ def to_pdf(
     show_travel : bool
         Draw the moves between strokes, thin and red.
 
-    Raises
-    ------
-    InputError
-        No drawing, no such colour, or a pen width outside 0.02–50 mm.
+    Raises InputError: no drawing, no such colour, or a pen width outside 0.02–50 mm.
     """
     if not drawings:
         raise InputError("There is no page to write.")

@@ -150,10 +150,7 @@ class PdfWriter:
 def document(path: Path, about: Mapping[str, Any] | None = None) -> Iterator[PdfWriter]:
     """A PDF at `path` to which pages are added; the file appears only when the block ends without an error.
 
-    Raises
-    ------
-    InputError
-        The file cannot be written.
+    Raises InputError: the file cannot be written.
     """
     with atomic.open_file(path) as stream:
         writer = PdfWriter(stream, about)

@@ -39,10 +39,7 @@ def to_png(
     palette : (256, 3) uint8, optional
         Colours of the values of (h, w) pixels; a page of one ink takes half the bytes so.
 
-    Raises
-    ------
-    InputError
-        Pixels without a resolution, or of another form.
+    Raises InputError: pixels without a resolution, or of another form.
     """
     from PIL import Image
     from PIL.PngImagePlugin import PngInfo

@@ -141,10 +141,7 @@ def to_svg(
     by : "ink", "line" or "word"
         What a layer is, see `layers.layers`.
 
-    Raises
-    ------
-    InputError
-        No such colour, or a pen width outside 0.02–50 mm.
+    Raises InputError: no such colour, or a pen width outside 0.02–50 mm.
     """
     pen.rgb(colour)
     pen.check_width(pen_width)

@@ -59,11 +59,8 @@ def read_drawing(path: str | Path, *, texts: bool = False) -> Drawing:
     Drawing
         `about["left_out"]` lists in words what of the file is not in it, if anything.
 
-    Raises
-    ------
-    InputError
-        An unknown suffix (the message lists the known ones), a file that cannot be read, is larger than 64 MiB, or is
-        not what its suffix says.
+    Raises InputError: an unknown suffix (the message lists the known ones), a file that cannot be read, is larger than
+    64 MiB, or is not what its suffix says.
     """
     path = Path(path)
     suffix = path.suffix.lower()

@@ -27,10 +27,7 @@ _COLUMNS = 8
 def from_cyn(data: bytes) -> Drawing:
     """Read a CYN file.
 
-    Raises
-    ------
-    InputError
-        Not CYN, a stroke that is cut off, or a sample that is not eight numbers.
+    Raises InputError: not CYN, a stroke that is cut off, or a sample that is not eight numbers.
     """
     recorded.refuse_many(data.count(b"\n"), "CYN file")
     raw = list[Raw]()

@@ -68,10 +68,7 @@ class _DrawingFile(msgspec.Struct, forbid_unknown_fields=True):
 def from_json(data: bytes) -> Drawing:
     """Read what `sinks.drawing_json.to_json` wrote: the same Drawing, number by number.
 
-    Raises
-    ------
-    InputError
-        Not JSON, not of this form (the message says where), or strokes that cannot be.
+    Raises InputError: not JSON, not of this form (the message says where), or strokes that cannot be.
     """
     file = decode(data, _DrawingFile, "a drawing")
     page = file.page.page()

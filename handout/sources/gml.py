@@ -36,10 +36,7 @@ def from_gml(data: bytes) -> Drawing:
     as their word, from 0; `about["drawings"]` is how many there are, `about["letters"]` the ``letter`` of each ("" if
     it has none), where any has one.
 
-    Raises
-    ------
-    InputError
-        Not GML, a point without numbers, or fewer than three points in all.
+    Raises InputError: not GML, a point without numbers, or fewer than three points in all.
     """
     root = markup.parse(data, "GML")
     if root.tag.lower() != "gml":

@@ -73,10 +73,8 @@ def from_inkml(data: bytes, *, unit: float = 1.0) -> Drawing:
         large as its writing, with times from 0; a file without times gets 100 samples a second, is not `timed`, and
         has a note in `about["timing"]`.  Samples at which the clock stands still are left out.
 
-    Raises
-    ------
-    InputError
-        Not well-formed, not InkML, several pages, or a trace that cannot be read (the message says which).
+    Raises InputError: not well-formed, not InkML, several pages, or a trace that cannot be read (the message says
+    which).
     """
     root = markup.parse(data, "InkML")
     if root.tag != "ink":

@@ -57,10 +57,7 @@ class _PlansFile(msgspec.Struct, forbid_unknown_fields=True):
 def from_json(data: bytes) -> PlannedPage:
     """Read what `sinks.plans.to_json` wrote.
 
-    Raises
-    ------
-    InputError
-        Not JSON, not of this form (the message says where), or plans that cannot be.
+    Raises InputError: not JSON, not of this form (the message says where), or plans that cannot be.
     """
     file = decode(data, _PlansFile, "a page of plans")
     page = file.page.page()
@@ -123,10 +120,8 @@ def look_like_targets(data: bytes) -> bool:
 def read_targets(data: bytes) -> TargetPlan:
     """Read a file of the form described at the top.
 
-    Raises
-    ------
-    InputError
-        Not JSON, not of this form, no targets or too many, or ellipses that are none; the message says where.
+    Raises InputError: not JSON, not of this form, no targets or too many, or ellipses that are none; the message says
+    where.
     """
     file = decode(data, _TargetsFile, "a plan of targets")
     if not 1 <= len(file.targets) <= _MOST:

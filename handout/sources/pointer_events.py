@@ -66,10 +66,7 @@ def looks_like(data: bytes) -> bool:
 def from_pointer_events(data: bytes) -> Drawing:
     """Read pointer events in JSON.
 
-    Raises
-    ------
-    InputError
-        Not such JSON, or no event of a pen that is down.
+    Raises InputError: not such JSON, or no event of a pen that is down.
     """
     try:
         read = msgspec.json.decode(data, type=list[_Event] | _Recording if data.lstrip()[:1] != b"[" else list[Any])

@@ -56,10 +56,8 @@ def make_drawing(raw: Sequence[Raw], what: str, about: Mapping[str, Any], *, fit
     fit : move the writing to the corner of a page that is as large as it needs; otherwise only what lies left of the
         page or above it is moved.
 
-    Raises
-    ------
-    InputError
-        No movement of a pen that is down, more than a million samples, or a value that `refuse_far` does not take.
+    Raises InputError: no movement of a pen that is down, more than a million samples, or a value that `refuse_far` does
+    not take.
     """
     raw = [stroke for stroke in raw if len(stroke.xy)]
     if not raw:

@@ -25,10 +25,7 @@ _COLUMNS = 7
 def from_svc(data: bytes) -> Drawing:
     """Read an SVC file; strokes of the pen on paper, y turned down, with pressure, tilt from the vertical and azimuth.
 
-    Raises
-    ------
-    InputError
-        Not SVC: a first line that is no number, lines that are not seven numbers, or fewer than it says.
+    Raises InputError: not SVC: a first line that is no number, lines that are not seven numbers, or fewer than it says.
     """
     recorded.refuse_many(data.count(b"\n") - 1, "SVC file")  # before millions of lines are taken apart
     lines = data.decode("latin-1").split("\n")

@@ -38,10 +38,7 @@ Message = dict[int, list[int | bytes]]
 def from_uim(data: bytes) -> Drawing:
     """Read a UIM file; strokes with pressure, tilt from the vertical, azimuth and rotation, where sensors had them.
 
-    Raises
-    ------
-    InputError
-        Not UIM, of another version, cut off, or without samples of a pen's sensors.
+    Raises InputError: not UIM, of another version, cut off, or without samples of a pen's sensors.
     """
     if data[:4] != b"RIFF" or data[8:12] != b"UINK":
         raise InputError("This is not UIM: it does not begin as a file of the Universal Ink Model.")

@@ -63,10 +63,7 @@ def from_unipen(data: bytes, include: Include | None = None) -> Drawing:
         "label", "strokes"}`` with the indices of its strokes; words are numbered by the segments of level WORD, else
         TEXT.
 
-    Raises
-    ------
-    InputError
-        Not UNIPEN, samples that are not numbers, or an included file that is missing.
+    Raises InputError: not UNIPEN, samples that are not numbers, or an included file that is missing.
     """
     state = _UnipenState()
     _read_statements(data, state, include or (lambda name: None), 0)

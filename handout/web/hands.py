@@ -44,10 +44,7 @@ def find_upload(studio: Studio, key: str, *suffixes: str) -> Path:
 def put_beside(studio: Studio, keys: Sequence[str], folder: Path) -> Path | None:
     """A folder in a folder with the pictures of a letter, by the names they were sent with; None without any.
 
-    Raises
-    ------
-    HTTPException
-        422: one is not here, or its name is none for a picture.
+    Raises HTTPException: 422: one is not here, or its name is none for a picture.
     """
     if not keys:
         return None

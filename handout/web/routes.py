@@ -63,10 +63,7 @@ class Way:
 def parse_body(data: bytes, kind: Any) -> Any:
     """A body of a type.
 
-    Raises
-    ------
-    HTTPException
-        422: it is none.
+    Raises HTTPException: 422: it is none.
     """
     try:
         return msgspec.json.decode(data, type=kind)

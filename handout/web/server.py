@@ -86,10 +86,7 @@ async def _full_disk(request: Request, error: OSError) -> Response:
 def listening(port: int | None) -> socket.socket:
     """A socket that listens on this computer alone: at the port, or at the usual one or any that is free.
 
-    Raises
-    ------
-    InputError
-        Something else listens at the port that was asked for.
+    Raises InputError: something else listens at the port that was asked for.
     """
     for number in (PORT, 0) if port is None else (port,):
         # with the protocol named, asyncio sends small answers at once; else each waits 40 ms to be joined by more

@@ -111,10 +111,7 @@ class Studio:
     def begin(self, lane: Lane, kind: str, call: Call, folder: Path | None = None) -> Task:
         """A task that waits for its turn.
 
-        Raises
-        ------
-        HTTPException
-            429: too many wait.
+        Raises HTTPException: 429: too many wait.
         """
         ended = [task for task in self.tasks.values() if task.has_ended]
         for task in ended[: max(0, len(ended) - _MOST_TASKS)]:
@@ -184,10 +181,7 @@ class Studio:
     def room(self, size: int) -> None:
         """Make sure that there is room for an upload, or for more of one.
 
-        Raises
-        ------
-        HTTPException
-            507: there is none.
+        Raises HTTPException: 507: there is none.
         """
         kept = sum(upload.size for upload in self.uploads.values())
         if len(self.uploads) >= _MOST_UPLOADS or kept + size > _MOST_BYTES:

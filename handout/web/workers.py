@@ -252,10 +252,7 @@ class Lane:
     def add_task(self, task: Task) -> Task:
         """Let a task wait for its turn.
 
-        Raises
-        ------
-        LaneFull
-            Too many wait.
+        Raises LaneFull: too many wait.
         """
         try:
             self._row.put_nowait(task)

@@ -121,10 +121,7 @@ def each_part(
     None stands for a text that is larger than its place; `Placed.at` counts through all texts, with one character
     between two.
 
-    Raises
-    ------
-    InputError, MissingCharacters
-        Nothing to write, or not in this hand.
+    Raises InputError, MissingCharacters: nothing to write, or not in this hand.
     """
     rng = np.random.default_rng(seed)
     streams = (rng, rng.spawn(1)[0])

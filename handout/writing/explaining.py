@@ -62,10 +62,7 @@ class Explained:
 def explain(hand: ScannedHand, text: str, rng: np.random.Generator, variation: float = 1.0) -> list[Explained]:
     """Choose as `compose` does with the same generator, and tell for each letter what there was to choose from.
 
-    Raises
-    ------
-    InputError, MissingCharacters
-        Nothing to write, or the hand has no glyph for some letters.
+    Raises InputError, MissingCharacters: nothing to write, or the hand has no glyph for some letters.
     """
     handwriting = ScannedHandwriting(hand, rng.spawn(1)[0], variation)
     choosers = [GlyphChooser(handwriting.stock, stream, min(variation, 1.0)) for stream in (rng, rng)]

@@ -64,10 +64,7 @@ def misreadings(hand: ScannedHand) -> Array:
 def prefer_legible(hand: ScannedHand, wish: float) -> ScannedHand:
     """The same hand, whose glyphs are chosen more by how strangers read them: `wish` 0 as usual, 1 as far as it goes.
 
-    Raises
-    ------
-    InputError
-        A wish outside 0 to 1.
+    Raises InputError: a wish outside 0 to 1.
     """
     if not 0 <= wish <= 1:
         raise InputError(f"legible: {wish:g} is outside 0 (as the author writes) to 1 (as legible as the hand can be).")

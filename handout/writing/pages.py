@@ -281,10 +281,7 @@ def rows_on_pages(
 
     Rows are made when they are asked for, unless `pages` or `layout.fit` ask how many there are.
 
-    Raises
-    ------
-    DoesNotFit
-        More rows than the pages hold.
+    Raises DoesNotFit: more rows than the pages hold.
     """
     written = map(indent_paragraph, paragraphs)
     limit = pages or (1 if layout.fit else None)
@@ -416,10 +413,7 @@ def paginate(
 
     Each page varies by a stream of its own, so that none waits for the words of those behind it.
 
-    Raises
-    ------
-    DoesNotFit
-        Not even one line fits between the margins; at once.
+    Raises DoesNotFit: not even one line fits between the margins; at once.
     """
     held = layout.lines_a_page(writer.pitch)
     if held == 0 and layout.ruling is not None:

@@ -39,10 +39,7 @@ class StruckLetters(tuple[Letter, ...]):
 def check_rate(rate: float) -> float:
     """The rate as it is.
 
-    Raises
-    ------
-    InputError
-        Outside 0 to 100 in 100 words.
+    Raises InputError: outside 0 to 100 in 100 words.
     """
     if not 0 <= rate <= 100:
         raise InputError(f"slips: {rate:g} in 100 words is outside 0 to 100.")
@@ -60,10 +57,7 @@ def slip(paragraphs: Iterable[Sequence[Piece]], rate: float, rng: np.random.Gene
     rng : numpy.random.Generator
         Of the slips only.
 
-    Raises
-    ------
-    InputError
-        A rate out of its bounds.
+    Raises InputError: a rate out of its bounds.
     """
     share = check_rate(rate) / 100
     return (list(_make_slips(pieces, share, rng)) for pieces in paragraphs)

@@ -220,10 +220,7 @@ def written_units(text: str, *, marked: bool = False) -> tuple[list[str], list[F
 
     marked : whether every other ``$`` belongs to a formula, whatever stands beside it, as in the runs of a letter.
 
-    Raises
-    ------
-    InputError
-        A formula that cannot be written; the message has its place.
+    Raises InputError: a formula that cannot be written; the message has its place.
     """
     typed = graphemes(text)
     if "$" not in typed:
@@ -332,12 +329,8 @@ def spell(text: str, hand: Repertoire, *, fallback: bool = False, marked: bool =
     marked : bool
         See `written_units`.
 
-    Raises
-    ------
-    InputError
-        Nothing to write.
-    MissingCharacters
-        The hand lacks characters; the message lists all of them with their places.
+    Raises InputError: nothing to write. MissingCharacters: the hand lacks characters; the message lists all of them
+    with their places.
     """
     units = written_units(text, marked=marked)[0]
     inked = {at: unit for at, unit in enumerate(units) if unit and not unit.isspace()}

@@ -90,10 +90,8 @@ def learn(
     width : mm, usual for the brush's line, 0.1 to 50.
     rows : of pixels across a ribbon, at most.
 
-    Raises
-    ------
-    InputError
-        A picture that cannot be read, or without a stroke that can be used; more strokes than a brush holds.
+    Raises InputError: a picture that cannot be read, or without a stroke that can be used; more strokes than a brush
+    holds.
     """
     check_width(width)
     ribbons, notes = list[Ribbon](), list[str]()
@@ -125,10 +123,7 @@ def to_bytes(brush: Brush) -> bytes:
 def load(path: Path) -> Brush:
     """The brush of a file.
 
-    Raises
-    ------
-    InputError
-        Not a .brush file, or one that is damaged or made by a newer program.
+    Raises InputError: not a .brush file, or one that is damaged or made by a newer program.
     """
     with Archive(path) as archive:
         if "brush.json" not in archive:
@@ -154,10 +149,7 @@ def load(path: Path) -> Brush:
 def find(name: str) -> Brush:
     """The brush of that name, or of that file.
 
-    Raises
-    ------
-    InputError
-        There is none, or as `load`.
+    Raises InputError: there is none, or as `load`.
     """
     path = Path(name) if name.endswith(BRUSH_FILE) else brushes().get(name, Path(name))
     if not path.is_file():

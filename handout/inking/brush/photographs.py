@@ -77,10 +77,7 @@ class Photograph:
 def find_strokes(rgb: NDArray[np.uint8], source: str) -> Photograph:
     """The brush strokes of a picture (h, w, 3), from the top downwards.
 
-    Raises
-    ------
-    InputError
-        There is no stroke, or none that can be used.
+    Raises InputError: there is no stroke, or none that can be used.
     """
     import cv2
 

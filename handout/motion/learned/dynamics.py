@@ -162,10 +162,7 @@ def learn(
 
     recipe : None: `training.recipe_for` them.
 
-    Raises
-    ------
-    ValueError
-        Fewer than two ways on the paper in all.
+    Raises ValueError: fewer than two ways on the paper in all.
     """
     recipe = recipe or training.recipe_for(examples)
     seen = training.windows(examples, recipe.length)

@@ -100,10 +100,7 @@ def learn(
     examples : by the name of the manner, drawings in it; with one name each drawing may become a primer, with several
         the first of each does.
 
-    Raises
-    ------
-    InputError
-        Fewer than two strokes that move, or more than are taken apart.
+    Raises InputError: fewer than two strokes that move, or more than are taken apart.
     """
     if lesson.size not in SIZES or lesson.inputs not in INPUTS:
         raise InputError(f"size and inputs must be of {', '.join(SIZES)} and of {', '.join(INPUTS)}.")
@@ -164,10 +161,7 @@ def _shorten_primer(sequence: MovementSequence) -> MovementSequence:
 def primer_of(drawing: Drawing) -> MovementSequence:
     """An example that primes.
 
-    Raises
-    ------
-    InputError
-        No stroke of it moves.
+    Raises InputError: no stroke of it moves.
     """
     sequence = sequences.of_plans(taken_apart(drawing, letter_height(drawing))) if drawing.strokes else None
     if sequence is None or not (~sequence.up).any():

@@ -145,10 +145,7 @@ class Windows:
 def windows(sequences: Sequence[MovementSequence], length: int) -> Windows:
     """Windows of so many ways, overlapping by half, of all sequences.
 
-    Raises
-    ------
-    ValueError
-        None has two ways on the paper.
+    Raises ValueError: none has two ways on the paper.
     """
     rows: list[tuple[Array, ...]] = []
     if not any((~sequence.up).sum() > 1 for sequence in sequences):

@@ -174,10 +174,7 @@ def learn(drawings: Sequence[Drawing], title: str = "", notices: Sequence[str] =
     half of the samples have, or that never changes, is left out; so are strokes without one of the others, and strokes
     that were recorded already.
 
-    Raises
-    ------
-    InputError
-        No stroke, or no channel.
+    Raises InputError: no stroke, or no channel.
     """
     recorded = [(stroke, letter_height(d) / UNITS) for d in drawings if d.strokes for stroke in d.strokes]
     if not recorded:
@@ -269,10 +266,7 @@ def _differences(values: Array) -> NDArray[np.int32]:
 def load(path: Path, data: bytes | None = None) -> PoseLibrary:
     """Read a ``.pose`` file.
 
-    Raises
-    ------
-    InputError
-        It cannot be read, is damaged, or is of a later version.
+    Raises InputError: it cannot be read, is damaged, or is of a later version.
     """
     with archive.Archive(path, data) as file:
         head = file.json("pose.json", LibraryHead)

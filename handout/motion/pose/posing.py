@@ -51,10 +51,7 @@ def pose_drawing(
         strokes that were drawn suggest.  2: they are held as they are drawn now.
     height : mm of a letter; default: as `letter_height` finds it.
 
-    Raises
-    ------
-    InputError
-        No strokes.
+    Raises InputError: no strokes.
     """
     if not drawing.strokes:
         raise InputError("There is no stroke to give a pose to.")
@@ -147,10 +144,7 @@ def shape_stroke(xy: Array, velocity: Array, at: Indices) -> Array:
 
     Minimises Σ‖x_i − x_{i−1} − v_i‖² + .25 Σ_A ‖x_i − q_i‖² + 2 Σ_A Σ_{|j−i|≤2} ‖κ_j(x) − (v_{j+1} − v_j)‖².
 
-    Raises
-    ------
-    ValueError
-        No anchor, without which the place would be free.
+    Raises ValueError: no anchor, without which the place would be free.
     """
     n = len(xy)
     if not len(at):

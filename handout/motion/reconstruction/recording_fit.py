@@ -54,10 +54,7 @@ def prepare_recording(t: Array, xy: Array) -> SampledMovement:
     ----------
     t : (n,) float, s, increasing; xy : (n, 2) float, mm.
 
-    Raises
-    ------
-    ValueError
-        It lasts less than three samples, or does not move.
+    Raises ValueError: it lasts less than three samples, or does not move.
     """
     from scipy.ndimage import gaussian_filter1d
 

@@ -48,10 +48,7 @@ def from_shape(xy: Array, *, steady: bool = False) -> LognormalPlan:
     steady : all strokes last equally long and are equally skewed, and bends and overlaps stay near what the key points
         suggest: alike traces get alike plans, which can be learned, at some 5 dB less.
 
-    Raises
-    ------
-    ValueError
-        Fewer than two different points.
+    Raises ValueError: fewer than two different points.
 
     Source: seed 002, §3.2; linear targets and refinement are this project's.
     """

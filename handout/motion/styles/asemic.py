@@ -59,10 +59,7 @@ def tag(letters: int, style: Style, page: Page, rng: np.random.Generator, built:
     built : a learned style that invents the targets of the whole tag; None, or one without a structure: the genetic
         algorithm.
 
-    Raises
-    ------
-    InputError
-        A number of letters outside 1 to 60, or a structure for a style of rules.
+    Raises InputError: a number of letters outside 1 to 60, or a structure for a style of rules.
     """
     if built is not None and built.model is not None and built.model.structure is not None:
         if style.model is None:
@@ -130,10 +127,7 @@ def _place_strokes(strokes: tuple[Stroke, ...], page: Page, about: dict[str, Any
 def glyph(count: int, rng: np.random.Generator) -> Array:
     """Targets (count, 2) of one glyph, in the order of writing, about 1 high, y down, the middle at 0.
 
-    Raises
-    ------
-    ValueError
-        Fewer than 2 or more than 9 targets.
+    Raises ValueError: fewer than 2 or more than 9 targets.
     """
     if not 2 <= count <= 9:
         raise ValueError(f"{count} targets are outside 2 to 9")

@@ -186,11 +186,8 @@ _RULES = ("movement", "covariance", "guide", "breaking", "flick", "ligature", "j
 def read_style(path: Path) -> Style:
     """Read and check a style's TOML file, or a ``.style`` archive.
 
-    Raises
-    ------
-    InputError
-        Not TOML, an unknown key, a missing unit, a value out of bounds (the message names file and key); or an archive
-        that is damaged or holds no style.
+    Raises InputError: not TOML, an unknown key, a missing unit, a value out of bounds (the message names file and key);
+    or an archive that is damaged or holds no style.
     """
     if path.suffix == ".style":
         values, model = style_file.load(path)
@@ -204,10 +201,7 @@ def read_style(path: Path) -> Style:
 def of_table(values: dict[str, Any], path: Path) -> Style:
     """The style of the tables of a file.
 
-    Raises
-    ------
-    InputError
-        As `read_style`.
+    Raises InputError: as `read_style`.
     """
     for name in ("name", "model"):
         if name in values:
@@ -229,10 +223,7 @@ def _check_file(style: Style, path: Path) -> Style:
 def check_style(style: Style) -> Style:
     """The style, if all its numbers are within their bounds.
 
-    Raises
-    ------
-    ValueError
-        One is not.
+    Raises ValueError: one is not.
     """
     tables.check_bounds(style, BOUNDS)
     if style.model is not None:
@@ -267,10 +258,7 @@ def _files() -> dict[str, Path]:
 def find(name: str) -> Style:
     """The style of that name, or of that TOML file or ``.style`` archive.
 
-    Raises
-    ------
-    InputError
-        Unknown (the message lists the nearest), or not valid.
+    Raises InputError: unknown (the message lists the nearest), or not valid.
     """
     return read_style(path(name))
 
@@ -278,10 +266,7 @@ def find(name: str) -> Style:
 def path(name: str) -> Path:
     """The file of a style that `find` finds.
 
-    Raises
-    ------
-    InputError
-        Unknown; the message lists the nearest.
+    Raises InputError: unknown; the message lists the nearest.
     """
     if name.endswith((".toml", ".style")):
         return Path(name)

@@ -86,10 +86,7 @@ def _pack_layers(name: str, parameters: Sequence[Floats]) -> dict[str, archive.C
 def load(path: Path, data: bytes | None = None) -> tuple[dict[str, Any], LearnedMovement]:
     """Read a ``.style`` file: the tables of its TOML, unchecked, and what was learned.
 
-    Raises
-    ------
-    InputError
-        It cannot be read, is damaged, holds something else, or is of a later version.
+    Raises InputError: it cannot be read, is damaged, holds something else, or is of a later version.
     """
     with Archive(path, data) as file:
         head = file.json("learned.json", NetworkHead)

@@ -37,10 +37,7 @@ class TargetReference:
     def on_page(self) -> tuple[Array, Array]:
         """Targets (m, 2) and covariances (m, 2, 2) on the page, mm and mm².
 
-        Raises
-        ------
-        ValueError
-            Covariances of another number than targets, or that are none.
+        Raises ValueError: covariances of another number than targets, or that are none.
         """
         axes = np.eye(2) if self.axes is None else self.axes
         origin = np.zeros(2) if self.origin is None else self.origin
@@ -57,10 +54,7 @@ def fuse_references(references: Sequence[TargetReference]) -> tuple[Array, Array
 
     Tracking each with a cost of its own, added up, is tracking their product: the costs are quadratic in the places.
 
-    Raises
-    ------
-    ValueError
-        No references, or of different numbers of targets.
+    Raises ValueError: no references, or of different numbers of targets.
 
     Source: seed 003, §3.7, eq. 18–19.
     """

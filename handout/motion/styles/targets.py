@@ -60,10 +60,7 @@ def letter_height(drawing: Drawing) -> float:
     If the drawing states its x-height (`about["x_height"]`, mm), 1.5 times that; else the median size of its strokes,
     weighted by length.  A stroke that goes up and down many times is a word: its ways up and down give its size.
 
-    Raises
-    ------
-    ValueError
-        No strokes.
+    Raises ValueError: no strokes.
     """
     x_height = drawing.about.get("x_height")
     if isinstance(x_height, int | float) and 0 < x_height <= max(drawing.page.width, drawing.page.height):

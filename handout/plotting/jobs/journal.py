@@ -130,11 +130,8 @@ class PlotJournal:
     certain : the same, as far as it would survive a power cut.
     syncs : how often the disk was told to keep what it has.
 
-    Raises
-    ------
-    InputError
-        It cannot be read or written, or another program has it open.  What cannot be written in the thread
-        is raised by whatever is called next.
+    Raises InputError: it cannot be read or written, or another program has it open.  What cannot be written in the
+    thread is raised by whatever is called next.
     """
 
     def __init__(self, path: Path) -> None:

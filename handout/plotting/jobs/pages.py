@@ -61,10 +61,7 @@ class Record(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 def keep(page: NewPage, folder: Path, number: int, profile: Plotter, layers: Layers, order: Order) -> Record:
     """Write the drawing of page `number`, from 0, with its strokes in the order in which they are to be drawn.
 
-    Raises
-    ------
-    DoesNotFit
-        It has strokes outside the bed.
+    Raises DoesNotFit: it has strokes outside the bed.
     """
     if page.drawing.strokes:
         placed = bed.place(page.drawing.page, profile)
@@ -101,10 +98,7 @@ def enter(record: Record, folder: Path, number: int) -> None:
 def records(folder: Path) -> list[Record]:
     """The records of the pages that exist, from the first on.
 
-    Raises
-    ------
-    OSError, msgspec.MsgspecError
-        One is damaged.
+    Raises OSError, msgspec.MsgspecError: one is damaged.
     """
     entries = []
     for number in itertools.count():
@@ -118,10 +112,7 @@ def records(folder: Path) -> list[Record]:
 def read_drawing(folder: Path, number: int) -> Drawing:
     """The drawing of a page.
 
-    Raises
-    ------
-    InputError
-        It is missing or damaged.
+    Raises InputError: it is missing or damaged.
     """
     path = _drawing(folder, number)
     try:

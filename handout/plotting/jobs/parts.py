@@ -102,10 +102,7 @@ def parts(pages: Sequence[Sequence[PageLayer]], copies: int = 1, every: float | 
     pages : as `survey` found them.
     every : mm of ink after which a pen is to be looked at; parts end between words then.
 
-    Raises
-    ------
-    InputError
-        Less than 10 mm between two looks.
+    Raises InputError: less than 10 mm between two looks.
     """
     if every is not None and not every >= 10.0:
         raise InputError(f"pause every: {every:g} mm of ink is less than 10 mm; give a length such as 20m.")
@@ -202,10 +199,7 @@ def pieces(
     from_word, to_word : a word or several, or the number of one, from 1 on the first sheet that is asked for.
     sheets : numbers such as "2", "2-3", "1,4-"; "": all.
 
-    Raises
-    ------
-    InputError
-        What is asked for cannot be read, is not there, or has nothing in it.
+    Raises InputError: what is asked for cannot be read, is not there, or has nothing in it.
     """
     if (begin and from_word) or (end and to_word):
         raise InputError("--from and --from-word (--to and --to-word) are two ways to say one thing: give one of them.")

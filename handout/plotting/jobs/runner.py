@@ -103,13 +103,8 @@ def run_job(
     list of Report
         One for every part that was plotted, without its plan and its strokes: a job may have many.
 
-    Raises
-    ------
-    DeviceError, KeyboardInterrupt
-        The journal knows how far it has come.
-    InputError
-        Nobody is there to be asked; the journal or a drawing is damaged; another program plots the job; a page cannot
-        be made.
+    Raises DeviceError, KeyboardInterrupt: the journal knows how far it has come. InputError: nobody is there to be
+    asked; the journal or a drawing is damaged; another program plots the job; a page cannot be made.
     """
     with job.open() as journal:
         run = _JobRun(job, journal, supply, person, progress, plotted, log or (lambda _: None), options.reached)

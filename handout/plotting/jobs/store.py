@@ -167,10 +167,7 @@ class PlotJob:
 def load(path: Path) -> PlotJob:
     """A job from its folder.
 
-    Raises
-    ------
-    InputError
-        It is not there, or cannot be read.
+    Raises InputError: it is not there, or cannot be read.
     """
     try:
         facts = msgspec.json.decode((path / FACTS).read_bytes(), type=_Facts)
@@ -211,12 +208,7 @@ def create(
     drawings : the pages; each is let go before the next is asked for.
     place : the folder in which jobs are kept, if it is another.
 
-    Raises
-    ------
-    InputError
-        Nothing to draw, or the folder cannot be written.
-    DoesNotFit
-        A page has strokes outside the bed.
+    Raises InputError: nothing to draw, or the folder cannot be written. DoesNotFit: a page has strokes outside the bed.
     """
     return begin(
         (NewPage(drawing) for drawing in drawings), profile, options, None, title=title, port=port, place=place
@@ -261,12 +253,7 @@ def begin(
 def add(job: PlotJob, number: int, page: NewPage) -> None:
     """Add a page to a job that is not whole; page 0 is the first.
 
-    Raises
-    ------
-    InputError
-        The folder cannot be written.
-    DoesNotFit
-        The page has strokes outside the bed.
+    Raises InputError: the folder cannot be written. DoesNotFit: the page has strokes outside the bed.
     """
     record = pages.keep(page, job.folder, number, job.profile, job.options.layers, job.options.order)
     pages.enter(record, job.folder, number)  # after the drawing is on the disk: it never outlives that
@@ -314,10 +301,7 @@ def free_name(work: Path, base: Path) -> Path:
 def find(name: str | None = None, place: Path | None = None, *, unfinished: bool = False) -> PlotJob:
     """The job of that name; "" or "last" is the job that was drawn last, of all or of the unfinished.
 
-    Raises
-    ------
-    InputError
-        There is none; the message lists those there are.
+    Raises InputError: there is none; the message lists those there are.
     """
     if name in (None, LAST):
         for job in reversed(_by_use(place)):
@@ -361,10 +345,7 @@ def drop_drawings(place: Path | None = None, keep: int = _DRAWABLE) -> None:
 def drawn_before(name: str | None = None, place: Path | None = None) -> PlotJob:
     """As `find`, of the jobs whose drawings are still kept.
 
-    Raises
-    ------
-    InputError
-        There is none.
+    Raises InputError: there is none.
     """
     there = [job for job in _by_use(place) if pages.are_kept(job.folder)]
     if name in (None, LAST) and there:
@@ -397,10 +378,7 @@ def _is_finished(job: PlotJob) -> bool:
 def forget(job: PlotJob) -> None:
     """Delete a job, finished or not.
 
-    Raises
-    ------
-    InputError
-        It is being plotted.
+    Raises InputError: it is being plotted.
     """
     job.open().close()
     shutil.rmtree(job.folder, ignore_errors=True)

@@ -54,10 +54,7 @@ def hooking(drawing: Drawing, profile: Plotter, whole: tuple[bool, bool]) -> Hoo
 
     whole : whether the page begins with the drawing, and ends with it.
 
-    Raises
-    ------
-    DoesNotFit
-        A hook goes to a place outside the bed.
+    Raises DoesNotFit: a hook goes to a place outside the bed.
     """
     told = profile.hooks
     check(profile)

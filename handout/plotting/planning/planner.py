@@ -49,12 +49,8 @@ def plan(
         about, or in a drawing without times in any way.
     whole : whether the page begins with the drawing, and ends with it, for the hooks before and after a page.
 
-    Raises
-    ------
-    DoesNotFit
-        Part of the drawing, or the place of a hook, lies outside the bed.
-    InputError
-        Nothing to draw, or a speed that is not positive.
+    Raises DoesNotFit: part of the drawing, or the place of a hook, lies outside the bed. InputError: nothing to draw,
+    or a speed that is not positive.
     """
     drawing = part_strokes(drawing, profile.hooks.dip_every)
     drawing = dataclasses.replace(drawing, strokes=_order_strokes(drawing, profile, speed, order))

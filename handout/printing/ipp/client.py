@@ -173,10 +173,7 @@ class Client:
     def capabilities(self) -> Capabilities:
         """What the printer can do, and how it is (Get-Printer-Attributes).
 
-        Raises
-        ------
-        PrinterError
-            It cannot be reached or refuses.
+        Raises PrinterError: it cannot be reached or refuses.
         """
         wanted = attribute("requested-attributes", MessageTag.KEYWORD, "all")
         return Capabilities(self._ask(Operation.GET_PRINTER_ATTRIBUTES, (wanted,)))
@@ -184,10 +181,7 @@ class Client:
     def validate(self, ticket: Ticket, capabilities: Capabilities) -> None:
         """Ask whether the printer would take such a page (Validate-Job); nothing is printed.
 
-        Raises
-        ------
-        PrinterRefused
-            It would not; the message says what it does not do.
+        Raises PrinterRefused: it would not; the message says what it does not do.
         """
         if Operation.VALIDATE_JOB not in capabilities.operations:
             return
@@ -196,12 +190,8 @@ class Client:
     def print(self, ticket: Ticket, capabilities: Capabilities, document: bytes) -> int:
         """Print a document (Print-Job); the number of the job.
 
-        Raises
-        ------
-        PrinterRefused
-            The printer does not take it: nothing is printed, unless the status is one of `DOUBTFUL`.
-        TransportError
-            The connection broke, or what answers HTTP has failed: what became of the page is not known.
+        Raises PrinterRefused: the printer does not take it: nothing is printed, unless the status is one of `DOUBTFUL`.
+        TransportError: the connection broke, or what answers HTTP has failed: what became of the page is not known.
         """
         job = job_attributes(ticket, capabilities)
         return self._job_number(self._ask(Operation.PRINT_JOB, _describe_document(ticket), job, document))
@@ -247,10 +237,7 @@ class Client:
     def find(self, name: str) -> Search:
         """The newest job of that name (Get-Jobs), among those that wait and those that are over.
 
-        Raises
-        ------
-        PrinterError
-            The printer does not tell.
+        Raises PrinterError: the printer does not tell.
         """
         named: list[JobStatus] = []
         over: frozenset[str] = frozenset()
@@ -275,10 +262,7 @@ class Client:
     def cancel_and_wait(self, job: JobReference) -> JobStatus | None:
         """Cancel a job that is there and wait until it has ended; its last status, None where the printer forgets it.
 
-        Raises
-        ------
-        PrinterError
-            It does not end, or the printer does not answer.
+        Raises PrinterError: it does not end, or the printer does not answer.
         """
         self.cancel(job.number)
         waited = 0.0

@@ -131,10 +131,7 @@ def attribute(name: str, tag: int, *values: int | str | bytes | Resolution | Ran
 def encode(message: Message) -> bytes:
     """The bytes of a message, without a document.
 
-    Raises
-    ------
-    ValueError
-        A name or a value longer than 32767 bytes, or a value that is not of its type.
+    Raises ValueError: a name or a value longer than 32767 bytes, or a value that is not of its type.
     """
     parts = [struct.pack(">BBHI", *message.version, message.code, message.request)]
     for group in message.groups:
@@ -186,10 +183,7 @@ def _body(value: Value) -> bytes:
 def decode(data: bytes) -> tuple[Message, int]:
     """A message, and the place in `data` behind it, where a document begins if there is one.
 
-    Raises
-    ------
-    PrinterError
-        The bytes are no IPP message, or not the whole of one.
+    Raises PrinterError: the bytes are no IPP message, or not the whole of one.
     """
     reader = _MessageReader(data)
     major, minor, code, request = struct.unpack(">BBHI", reader.take(8))

@@ -56,12 +56,7 @@ class Submission:
     def hand_over(self, document: bytes) -> JobReference:
         """Hand the page over; the job that has it.
 
-        Raises
-        ------
-        OutcomeUnknown
-            It may have been taken.
-        PrinterError
-            It was certainly not.
+        Raises OutcomeUnknown: it may have been taken. PrinterError: it was certainly not.
         """
         backoff, attempts = self._client.backoff(), 0
         while True:
@@ -166,10 +161,7 @@ class IppQueue(Queue):
     ) -> None:
         """Ask the printer what it can do; `format` is one that the user insists on.
 
-        Raises
-        ------
-        PrinterError
-            It cannot be reached, accepts no jobs, or prints none of the formats that can be made.
+        Raises PrinterError: it cannot be reached, accepts no jobs, or prints none of the formats that can be made.
         """
         self._client, self._say, self._wait = client, say, wait
         self._submission: Submission | None = None
@@ -208,10 +200,7 @@ class IppQueue(Queue):
     def follow(self, job: str, title: str) -> Outcome:
         """Wait until a job is over or held, saying what keeps the printer from it.
 
-        Raises
-        ------
-        OutcomeUnknown
-            The printer has not answered for a minute, or could not for ten.
+        Raises OutcomeUnknown: the printer has not answered for a minute, or could not for ten.
         """
         complaint, silence, pause = "", 0.0, _POLL
         wanted = JobReference.from_text(job, title)

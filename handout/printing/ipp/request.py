@@ -71,10 +71,7 @@ class Capabilities:
 def job_attributes(ticket: Ticket, capabilities: Capabilities) -> tuple[Attribute, ...]:
     """The attributes of a job: the sheet by its size, tray and kind of paper; never scaled.
 
-    Raises
-    ------
-    ProfileError
-        A tray or an option that the printer does not have.
+    Raises ProfileError: a tray or an option that the printer does not have.
     """
     attributes = [_sheet(ticket, capabilities)]
     if "none" in capabilities.texts("print-scaling-supported"):

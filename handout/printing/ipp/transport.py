@@ -54,10 +54,7 @@ def is_address(text: str) -> bool:
 def parse_address(text: str) -> Address:
     """Read ``ipp://host[:port][/path]``; the port is 631 and the path /ipp/print where they are left out.
 
-    Raises
-    ------
-    InputError
-        Not such an address.
+    Raises InputError: not such an address.
     """
     example = "write it as ipp://printer.local/ipp/print or ipps://192.168.1.7:631/ipp/print"
     try:
@@ -84,12 +81,8 @@ class Transport:
     def post(self, request: bytes, document: bytes = b"") -> bytes:
         """Send a request, with a document behind it, and return the printer's answer.
 
-        Raises
-        ------
-        TransportError
-            No connection, a broken one, silence, or a fault of the printer's own (HTTP 5xx).
-        PrinterError
-            The printer refused the request before it looked into it.
+        Raises TransportError: no connection, a broken one, silence, or a fault of the printer's own (HTTP 5xx).
+        PrinterError: the printer refused the request before it looked into it.
         """
         connection = self._connection()
         handed_over = False

@@ -79,10 +79,7 @@ def read_request(line: str, modes: Modes, at: tuple[float, float, float]) -> Req
     ----------
     at : where the machine will be when all queued moves are done, mm.
 
-    Raises
-    ------
-    Refused
-        With GRBL's error number; the modes are as they were.
+    Raises Refused: with GRBL's error number; the modes are as they were.
     """
     words, codes = _words(line)
     kinds = {_GROUPS[code]: code for code in codes}  # a group has one code in a line

@@ -64,10 +64,7 @@ class SimulatorOptions(msgspec.Struct, frozen=True, kw_only=True):
 def parse(query: str) -> SimulatorOptions:
     """Options from what follows ``sim:?``.
 
-    Raises
-    ------
-    InputError
-        An unknown option or fault, or a value that cannot be read.
+    Raises InputError: an unknown option or fault, or a value that cannot be read.
     """
     values: dict[str, Any] = {"settings": []}
     for name, text in parse_qsl(query, keep_blank_values=True):

@@ -54,11 +54,8 @@ def from_svg(data: bytes, *, texts: bool = False) -> Drawing:
         Not `timed`, except for a file of this program's own.  `about["left_out"]` lists in words what is not in it:
         text, pictures, filled outlines; and clips and dashes, which are not obeyed.
 
-    Raises
-    ------
-    InputError
-        Not SVG, nothing in it that is stroked, an element that cannot be read (the message says which), entities, or
-        more than a million points.
+    Raises InputError: not SVG, nothing in it that is stroked, an element that cannot be read (the message says which),
+    entities, or more than a million points.
     """
     root = markup.parse(data, "SVG", doctype=True)
     if root.tag != "svg":

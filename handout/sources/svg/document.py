@@ -94,10 +94,8 @@ class Walk:
     def lines(self) -> Iterator[Subpath]:
         """All stroked lines in the order of painting.
 
-        Raises
-        ------
-        InputError
-            An element that cannot be read; elements that use themselves, or so many others that there is no end.
+        Raises InputError: an element that cannot be read; elements that use themselves, or so many others that there is
+        no end.
         """
         width, height = size(self.root)
         to_mm = styles.compose_maps(np.eye(2, 3) * styles.PX, styles.viewport(self.root.attrib, width, height))
@@ -285,10 +283,7 @@ class Walk:
 def size(root: Element) -> tuple[float, float]:
     """Width and height of the whole in px; of the viewBox where the file does not say, else 0.
 
-    Raises
-    ------
-    InputError
-        One of them is not a length.
+    Raises InputError: one of them is not a length.
     """
     box = styles.view_box(root.get("viewBox"))
     sides = []

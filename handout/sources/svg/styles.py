@@ -35,10 +35,7 @@ IDENTITY: Array = np.eye(2, 3)
 def length(text: str | None, whole: float, default: float = 0.0, em: float = 16.0) -> float:
     """A length in px (user units); `whole` is what 100 % means, `em` the size of letters.
 
-    Raises
-    ------
-    InputError
-        Not a length.
+    Raises InputError: not a length.
     """
     if text is None or not text.strip() or text.strip() == "auto":
         return default
@@ -66,10 +63,7 @@ def compose_maps(outer: Array, inner: Array) -> Array:
 def transform(text: str | None) -> Array:
     """A list of transforms as a map.
 
-    Raises
-    ------
-    InputError
-        One that does not exist, or does not take so many numbers.
+    Raises InputError: one that does not exist, or does not take so many numbers.
     """
     matrix = IDENTITY
     if not text or text.strip() == "none":

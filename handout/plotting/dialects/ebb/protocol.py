@@ -175,10 +175,7 @@ def program(blocks: Sequence[Block], profile: Plotter) -> Iterator[Command]:
     Motion is told as the firmware of the profile understands it best: constant acceleration over a time (LT), over
     steps (LM), or constant speed (SM) where it is older or not known.
 
-    Raises
-    ------
-    InputError
-        The plan was made for a machine that does not keep time.
+    Raises InputError: the plan was made for a machine that does not keep time.
     """
     for data in opening(profile):
         yield Command(data, 0)
