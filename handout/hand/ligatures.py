@@ -1,7 +1,10 @@
 """Where the pen goes from one letter to the next: the paths of ligatures in a line graph.
 
-A ligature is cut where two letters meet, and reaches from there into both of them: as far as the stroke runs on without
-a junction or an end, and without turning back up or down, and no further than a part of the height of small letters.
+A ligature is cut where two letters meet.  It is the stroke that rises there from one letter to the next: from the turn
+where the first letter's last stroke has come down, to the turn at the top where the next one's first stroke goes down,
+a junction or an end.  Strokes that go down are the letters' own: the last leg of the n in "and", were it taken for a
+part of the way to d, would come along to every other letter before that d.  Where nothing rises (after o, b, v, w) it
+runs level as far as it goes.
 
 Source: seed 000, §5.1.3, §6.4.
 """
@@ -9,14 +12,18 @@ Source: seed 000, §5.1.3, §6.4.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import pairwise
 
 import numpy as np
 
 from handout.hand.scanned import Ligature, ScannedPage
+from handout.peaks import peaks
 from handout.values import Indices
 
-_REACH = 0.6  # x-heights of path on either side of the joint
+_BEFORE, _BEYOND = 1.1, 0.6  # x-heights of path before and beyond the joint: down to the line, and not all of an e
 _TURN = 0.06  # x-heights back: a stroke that turns belongs to its letter from there on
+_NEAR = 0.35  # x-heights of path from a cut to the stroke that rises: cuts lie on either side of its ends
+_HIGH = 0.5  # x-heights: a way that begins higher goes down to nothing, a lower one comes down from nothing
 
 
 class LigatureFinder:
@@ -43,25 +50,34 @@ class LigatureFinder:
         there = self._owner[beside] == second
         across = zip(np.repeat(vertices, count)[there].tolist(), beside[there].tolist(), strict=True)
         for v, w in sorted(across, key=lambda edge: (min(edge), max(edge))):
-            path = [*self._walk(v, w, line)[::-1], *self._walk(w, v, line)]
+            path = self._find_way(v, w, line)
             # where strokes meet at a joint, several edges lead across: one way is enough
             if all(len(set(path) & set(other)) < len(path) / 2 for other in paths):
                 paths.append(path)
         ways = [self._page.ligature(line, path) for path in paths]
         return tuple(sorted(ways, key=lambda way: (way.start[1], int(way.path[0]))))
 
-    def _walk(self, start: int, before: int, line: int) -> list[int]:
-        """The vertices from a joint into its letter, as far as the ligature goes."""
-        path = list(self._follow_stroke(start, before))
-        height = self._page.to_line(line, self._page.graph.uv[path])[:, 1] * self._page.unit / self._unit
-        for sign in (1.0, -1.0):
-            up = sign * height
-            top = np.maximum.accumulate(up)
-            turned = (top - up > _TURN) & (top - up[0] > _TURN)
-            if turned.any():
-                stop = int(np.argmax(up[: int(np.argmax(turned)) + 1]))
-                return path[: stop + 1]
-        return path
+    def _find_way(self, v: int, w: int, line: int) -> list[int]:
+        """The vertices of the way over the edge from a vertex of one letter to one of the next."""
+        before = list(self._follow_stroke(v, w))
+        path, cut = [*before[::-1], *self._follow_stroke(w, v)], len(before) - 1
+        uv = self._page.graph.uv[path]
+        run = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(uv, axis=0).T))]) / self._unit
+        height = self._page.to_line(line, uv)[:, 1] * self._page.unit / self._unit
+        turns = sorted({0, *peaks(height, prominence=_TURN), *peaks(-height, prominence=_TURN), len(path) - 1})
+        rising = [(i, j) for i, j in pairwise(turns) if height[j] > height[i]]
+        away = [max(run[i] - run[cut + 1], run[cut] - run[j], 0.0) for i, j in rising]
+        if rising and min(away) <= _NEAR:
+            first, last = rising[int(np.argmin(away))]
+            joint = min(max(cut, first), last)
+        else:
+            joint, high = cut, height[cut] > _HIGH
+            low, over = np.flatnonzero(height < height[cut] - _TURN), np.flatnonzero(height > height[cut] + _TURN)
+            first = 0 if high else max((k + 1 for k in over.tolist() if k < cut), default=0)
+            last = min((k - 1 for k in low.tolist() if k > cut and high), default=len(path) - 1)
+        first = max(first, int(np.searchsorted(run, run[joint] - _BEFORE)))
+        last = min(last, int(np.searchsorted(run, run[joint] + _BEYOND, side="right")) - 1)
+        return path[min(first, cut) : max(last, cut + 1) + 1]
 
     def _follow_stroke(self, vertex: int, before: int) -> Iterator[int]:
         """Vertices of one letter along a stroke, up to the next junction or end, or as far as a ligature may reach."""
@@ -74,6 +90,6 @@ class LigatureFinder:
             if len(ahead) != 1 or self._owner[ahead[0]] != letter:
                 return
             length += float(np.hypot(*(uv[ahead[0]] - uv[vertex])))
-            if length > _REACH * self._unit:
+            if length > (_BEFORE + _NEAR) * self._unit:
                 return
             before, vertex = vertex, ahead[0]
