@@ -25,6 +25,7 @@ from handout.writing.slips import StrikeThrough
 
 if TYPE_CHECKING:
     from handout.mathematics.shapes import Wander
+    from handout.writing.kept_text import Resumable
 
 # places (n, 2), mm from the left edge of the page and mm over the baseline → page coordinates (n, 2)
 ToPage = Callable[[Array], Array]
@@ -121,6 +122,7 @@ class Handwriting(Protocol[G]):
     pitch : usual distance of lines, x-heights; space : usual gap between words.
     repertoire : what the hand can write.
     stock : its glyphs, for choosing.
+    writers : what its words change for the next ones.
     baseline_model : how its lines lie on a page.
     """
 
@@ -134,6 +136,8 @@ class Handwriting(Protocol[G]):
     def repertoire(self) -> Repertoire: ...
     @property
     def stock(self) -> GlyphStock: ...
+    @property
+    def writers(self) -> Sequence[Resumable]: ...
     @property
     def baseline_model(self) -> BaselineModel: ...
     def wander(self, key: Sequence[int]) -> Wander:
@@ -397,21 +401,29 @@ def _too_long(rows: int, pitch: float, layout: Layout, limit: int) -> DoesNotFit
 class Sheet(NamedTuple):
     """A page as it is made.
 
+    number : from 1.
     rng : where its variation goes on, when it is given time or ink.
     last : whether the text ends on it.
     """
 
+    number: int
     manuscript: Manuscript
     rng: np.random.Generator
     last: bool
 
 
 def paginate(
-    rows: Iterable[UnitRow[G]], writer: Handwriting[G], layout: Layout, rng: np.random.Generator
+    rows: Iterable[UnitRow[G]],
+    writer: Handwriting[G],
+    layout: Layout,
+    rng: np.random.Generator,
+    at: int | None = None,
 ) -> Iterator[Sheet]:
     """Give every row its place, page after page, asking for no more rows than it takes.
 
     Each page varies by a stream of its own, so that none waits for the words of those behind it.
+
+    at : see `compose.each_page`.
 
     Raises DoesNotFit: not even one line fits between the margins; at once.
     """
@@ -427,13 +439,18 @@ def paginate(
             f"the margins, but there are {layout.height:.1f} mm: use a smaller --x-height, smaller margins or a "
             "larger page."
         )
-    return _paginate_rows(rows, writer, layout, rng, held)
+    return _paginate_rows(rows, writer, layout, rng, held, at)
 
 
 def _paginate_rows(
-    rows: Iterable[UnitRow[G]], writer: Handwriting[G], layout: Layout, rng: np.random.Generator, held: int
+    rows: Iterable[UnitRow[G]],
+    writer: Handwriting[G],
+    layout: Layout,
+    rng: np.random.Generator,
+    held: int,
+    at: int | None,
 ) -> Iterator[Sheet]:
-    """Pages of `held` rows."""
+    """Pages of `held` rows, or the one that holds a place."""
     strike_through = StrikeThrough(rng.spawn(1)[0])
     coming, number = iter(rows), 0
     page = list(islice(coming, held))
@@ -441,7 +458,14 @@ def _paginate_rows(
         number += 1
         following = list(islice(coming, 1))  # all words are written when there is nothing behind a page
         page_rng = rng.spawn(1)[0]
-        yield Sheet(_sheet(page, writer, layout, page_rng, strike_through, number), page_rng, not following)
+        units = [unit for row in page for unit in row.units]
+        before = at is not None and following and max((max(unit.word.at) for unit in units), default=-1) < at
+        if not before or any(unit.intended is not None for unit in units):  # words are struck through in turn
+            placed = _sheet(page, writer, layout, page_rng, strike_through, number)
+        if not before:
+            yield Sheet(number, placed, page_rng, not following)
+            if at is not None:
+                return
         page = list(islice(chain(following, coming), held))
 
 
