@@ -155,7 +155,7 @@ def prepare(
         return task
     from handout.pipeline.lined_paper import lined_paper
 
-    on = lined_paper(task.layout, task.hand, writing, sheet, picture)
+    on = lined_paper(task.layout, task.hand, writing, sheet, look.paper)
     look = task.look if on.paper is None else replace(task.look, paper=on.paper)
     return replace(task, layout=on.layout, look=look, paper=on)
 
