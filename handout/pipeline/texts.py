@@ -130,6 +130,7 @@ def prepare(
         fit=writing.fit,
         jitter=writing.jitter,
         rewritten=tuple((int(at), int(times)) for at, times in writing.rewritten),
+        at=sheet.at,
     )
     task = WritingTask(
         hand,
@@ -228,16 +229,11 @@ class Pages:
 
 @dataclass(frozen=True)
 class TextDocument:
-    """A text that is written (a `pipeline.writing.Document`).
-
-    layout : that of the task, if None.
-    at : a place in the text, graphemes from 0: only the page that holds it is written; None: all pages.
-    """
+    """A text that is written (a `pipeline.writing.Document`); layout : that of the task, if None."""
 
     text: str
     task: WritingTask
     layout: Layout | None = None
-    at: int | None = None
     notes: tuple[str, ...] = ()
     inks: tuple[str, ...] = ()
     timed: bool = True
@@ -269,7 +265,6 @@ class TextDocument:
         """The pages, each set when it is asked for, and the task with the hand that has all their letters."""
         task, layout = self.task, self.layout or self.task.layout
         own = partial(each_page, self.text, layout=layout, pages=task.pages, fallback=task.fallback, slips=task.slips)
-        own = own if self.at is None else partial(own, at=self.at)
         return _set_text(self.text, own, task, row)
 
     def check(self, row: int | None = None) -> None:

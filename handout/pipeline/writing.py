@@ -142,7 +142,6 @@ def write(
     *,
     device: str | None = None,
     places: bool = False,
-    at: int | None = None,
     listener: Listener = SILENT,
 ) -> Delivery:
     """Write a text or a letter to files.
@@ -151,8 +150,6 @@ def write(
     outputs : names of files, whose suffixes say the format: .svg .png .pdf .eps .dxf .inkml .json .gcode …
     device : the plotter that .gcode, .hpgl and .ebb files are for; None: a common one that reads such files.
     places : whether the result tells where each word is.
-    at : of a text, a place in it, graphemes from 0: only the page that holds it is written, whose number is told as
-        `page` if there are others; of a letter file all pages are.
 
     Raises InputError, MissingCharacters, DoesNotFit: an option is wrong, the hand lacks letters, or the text is larger
     than its pages (of a letter file the message has the line); nothing is written then.
@@ -162,8 +159,6 @@ def write(
     check_outputs(paths, extra := machines.sinks)
     drawing, wanted = narrow_reports(listener.progress, 0.0, _WRITTEN), wanted_in(paths)
     document = open_document(Source(source) if isinstance(source, str) else source, writing, sheet, picture)
-    if at is not None and isinstance(document, TextDocument):
-        document = replace(document, at=at)
     task = document.task
     pages = document.draw(wanted, tell=drawing)
     drawn = pages.drawings
@@ -214,12 +209,11 @@ def write_sent(
     *,
     device: str | None = None,
     pictures: Path | None = None,
-    at: int | None = None,
     listener: Listener = SILENT,
 ) -> Delivery:
     """Write what was sent from elsewhere, see `inputs.sent_source`, and tell where each word is."""
     source = sent_source(text, letter, pictures)
-    return write(source, outputs, *options, device=device, places=True, at=at, listener=listener)
+    return write(source, outputs, *options, device=device, places=True, listener=listener)
 
 
 def drawings(

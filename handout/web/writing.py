@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from starlette.requests import Request
 from starlette.responses import Response
 
@@ -28,9 +30,9 @@ async def write(studio: Studio, request: Request, body: WritePage) -> Response:
     folder = studio.folder()
     await studio.settle_hand(studio.hand(body.hand))
     writing = body.options(WritingOptions, hand=studio.hand(body.hand))
-    options = writing, body.options(SheetOptions), body.options(PictureOptions)
+    options = writing, replace(body.options(SheetOptions), at=body.at), body.options(PictureOptions)
     arguments = body.text, body.letter, [folder / f"page.{body.format}"], options
-    shown = {"device": body.device, "pictures": put_beside(studio, body.pictures, folder), "at": body.at}
+    shown = {"device": body.device, "pictures": put_beside(studio, body.pictures, folder)}
     call = Call("writing.write_sent", arguments, shown, listens=True)
     looked_at = body.format == "png" and options[2].dpi <= _SCREEN
     lane = studio.typed if looked_at else studio.long

@@ -91,15 +91,12 @@ def each_page(
     fallback: bool = False,
     slips: float = 0.0,
     proofread: Proofreader | None = None,
-    at: int | None = None,
 ) -> Iterator[Sheet]:
     """The same, page by page on demand, each with the generator with which `motion.trace` goes on.
 
     No more is written for a page than it takes, a word at a time in a drawn hand, a paragraph in a scanned one, unless
     `pages` or `layout.fit` ask how much there is.  All characters are checked before the first page.  A text that
     begins as the last one did goes on from there.
-
-    at : a place in the text, graphemes from 0: only the page that holds it is placed; past the end the last one.
 
     proofread : looks at each paragraph of a scanned hand when it is set, and has words of it written again.
     """
@@ -129,7 +126,7 @@ def each_page(
         for pieces in paragraphs
     )
     layout, rows = rows_on_pages(words, writer.pitch, layout, pages)
-    return paginate(rows, writer, layout, rng, at)
+    return paginate(rows, writer, layout, rng)
 
 
 def each_part(

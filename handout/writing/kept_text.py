@@ -5,11 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
-
-if TYPE_CHECKING:
-    from handout.writing.choosing import Choice
-    from handout.writing.pages import Unit
+from typing import Any, NamedTuple, Protocol
 
 _MOST_KEPT = 4000  # parts of a text, of about 10 kB each in a drawn hand, of which each is a word
 
@@ -28,13 +24,13 @@ class WrittenPart(NamedTuple):
     """A part of a text, a word or a paragraph, as it was written.
 
     part : its letters and spaces.
-    words : its words, each with the glyphs that were chosen.
+    words : its words, each with the glyphs that were chosen; see `compose`.
     read : what a proofreader read of it.
     states : of what wrote it, when it was written.
     """
 
     part: object
-    words: Sequence[tuple[Choice, Unit[Any]]]
+    words: Sequence[Any]
     read: Sequence[Any]
     states: Sequence[Any]
 
@@ -68,9 +64,7 @@ class TextWriting:
     def __post_init__(self) -> None:
         self._before, self.kept.parts = self.kept.parts, self._now
 
-    def write(
-        self, part: object, make: Callable[[], Sequence[tuple[Choice, Unit[Any]]]], read: list[Any]
-    ) -> Sequence[tuple[Choice, Unit[Any]]]:
+    def write(self, part: object, make: Callable[[], Sequence[Any]], read: list[Any]) -> Sequence[Any]:
         """The words of the next part; `read` : what was read so far, to which that of the part comes."""
         number, self._count = self._count, self._count + 1
         if number < len(self._before) and self._before[number].part == part:

@@ -20,12 +20,12 @@ from handout.errors import DoesNotFit
 from handout.hand.protocol import Repertoire
 from handout.values import Array, Glyph, Line, Manuscript, Placed
 from handout.writing.choosing import Choice, GlyphStock
+from handout.writing.kept_text import Resumable
 from handout.writing.layout import ASCENT, DESCENT, FOOT_ABOVE_RULE, BaselineModel, Layout, line_geometries, on_rules
 from handout.writing.slips import StrikeThrough
 
 if TYPE_CHECKING:
     from handout.mathematics.shapes import Wander
-    from handout.writing.kept_text import Resumable
 
 # places (n, 2), mm from the left edge of the page and mm over the baseline → page coordinates (n, 2)
 ToPage = Callable[[Array], Array]
@@ -413,17 +413,11 @@ class Sheet(NamedTuple):
 
 
 def paginate(
-    rows: Iterable[UnitRow[G]],
-    writer: Handwriting[G],
-    layout: Layout,
-    rng: np.random.Generator,
-    at: int | None = None,
+    rows: Iterable[UnitRow[G]], writer: Handwriting[G], layout: Layout, rng: np.random.Generator
 ) -> Iterator[Sheet]:
     """Give every row its place, page after page, asking for no more rows than it takes.
 
     Each page varies by a stream of its own, so that none waits for the words of those behind it.
-
-    at : see `compose.each_page`.
 
     Raises DoesNotFit: not even one line fits between the margins; at once.
     """
@@ -439,20 +433,15 @@ def paginate(
             f"the margins, but there are {layout.height:.1f} mm: use a smaller --x-height, smaller margins or a "
             "larger page."
         )
-    return _paginate_rows(rows, writer, layout, rng, held, at)
+    return _paginate_rows(rows, writer, layout, rng, held)
 
 
 def _paginate_rows(
-    rows: Iterable[UnitRow[G]],
-    writer: Handwriting[G],
-    layout: Layout,
-    rng: np.random.Generator,
-    held: int,
-    at: int | None,
+    rows: Iterable[UnitRow[G]], writer: Handwriting[G], layout: Layout, rng: np.random.Generator, held: int
 ) -> Iterator[Sheet]:
     """Pages of `held` rows, or the one that holds a place."""
     strike_through = StrikeThrough(rng.spawn(1)[0])
-    coming, number = iter(rows), 0
+    coming, number, at = iter(rows), 0, layout.at
     page = list(islice(coming, held))
     while page:
         number += 1

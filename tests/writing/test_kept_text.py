@@ -1,9 +1,11 @@
+from functools import partial
+
 import pytest
 
+from handout.page_sizes import page
 from handout.pipeline.options import SheetOptions, WritingOptions
 from handout.pipeline.rereading import reread
 from handout.pipeline.texts import STROKES, TextDocument, prepare
-from handout.page_sizes import page
 from handout.writing.compose import each_page
 from handout.writing.kept_text import last_text
 from handout.writing.layout import Layout
@@ -21,8 +23,8 @@ FORMULAS = ("it is $a_b$ ten", "it is $a^b$ ten", "it is $a^b$ and $a^b$ ten", "
 
 def pages_of(text, hand, **options):
     at = options.pop("at", None)
-    task = prepare(WritingOptions(hand=hand, seed=4, **options), SheetOptions(page="60x40mm"))
-    return TextDocument(text, task, at=at).draw(STROKES)
+    task = prepare(WritingOptions(hand=hand, seed=4, **options), SheetOptions(page="60x40mm", at=at))
+    return TextDocument(text, task).draw(STROKES)
 
 
 def told(pages):
@@ -62,7 +64,8 @@ def test_what_was_read_of_kept_words_is_told(small_hand):
     layout = Layout(page("100x80mm"))
 
     def read(text):
-        _, _, words = reread(lambda reader: each_page(text, small_hand, layout, [4], proofread=reader), *[small_hand] * 2)
+        compose = partial(each_page, text, small_hand, layout, [4])
+        _, _, words = reread(lambda reader: compose(proofread=reader), small_hand, small_hand)
         return [(word.text, word.at, word.wrong) for word in words]
 
     new = read(TYPED[1])
