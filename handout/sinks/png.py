@@ -49,17 +49,14 @@ def to_png(
     if resolution is None or not resolution > 0:
         raise InputError("A PNG of bare pixels needs a resolution: give dpi.")
     kind = 3 if palette is not None else {1: 0, 3: 2, 4: 6}[pixels[0, 0].size]
-    a_metre = round(resolution / 0.0254)
     chunks = [(b"IHDR", struct.pack(">2I5B", pixels.shape[1], len(pixels), 8, kind, 0, 0, 0))]
     chunks += [(b"PLTE", palette.tobytes())] if palette is not None else []
-    chunks += [(b"pHYs", struct.pack(">2IB", a_metre, a_metre, 1))]
+    chunks += [(b"pHYs", struct.pack(">2IB", *2 * (round(resolution / 0.0254),), 1))]
     told = {"Software": f"handout {__version__}"}
     told |= {key: str(origin.plain(about[key])) for key in ("seed", "hand") if about and about.get(key) is not None}
-    told |= {"about": origin.json_text(about)} if about else {}
-    for key, text in told.items():
-        latin = text.isascii() or text.encode("latin-1", "replace").decode("latin-1") == text
-        value = b"\0" + text.encode("latin-1") if latin else bytes(5) + text.encode()
-        chunks += [(b"tEXt" if latin else b"iTXt", key.encode() + value)]
+    for key, text in (told | ({"about": origin.json_text(about)} if about else {})).items():
+        name, head = (b"tEXt", b"\0") if text.isascii() else (b"iTXt", bytes(5))
+        chunks += [(name, key.encode() + head + text.encode())]
     chunks += [*((b"IDAT", part) for part in _packed(pixels, palette is not None)), (b"IEND", b"")]
     return b"\x89PNG\r\n\x1a\n" + b"".join(
         struct.pack(">I", len(data)) + name + data + struct.pack(">I", zlib.crc32(name + data)) for name, data in chunks
