@@ -115,9 +115,10 @@ def prepare(
     hand = library.find(writing.hand) if isinstance(writing.hand, str) else writing.hand
     hand, behind = hand.with_language(writing.language).with_haste(writing.haste), tuple[str, ...]()
     if hand.pages is not None and isinstance(writing.hand, str):
+        from handout.hand.file import tell_foreign
         from handout.hand.pending import untaken
 
-        behind = untaken(writing.hand)
+        behind = (*untaken(writing.hand), *filter(None, [tell_foreign(hand)]))
     hand, behind = _wish_legible(hand, writing.legible, behind)
     paper = page(name)
     layout = Layout(
@@ -154,7 +155,7 @@ def prepare(
         return task
     from handout.pipeline.lined_paper import lined_paper
 
-    on = lined_paper(task.layout, task.hand, writing, sheet, picture)
+    on = lined_paper(task.layout, task.hand, writing, sheet, look.paper)
     look = task.look if on.paper is None else replace(task.look, paper=on.paper)
     return replace(task, layout=on.layout, look=look, paper=on)
 
