@@ -133,7 +133,7 @@ class InkSource:
         _, label = cv2.distanceTransformWithLabels(owner, cv2.DIST_L2, 5, labelType=cv2.DIST_LABEL_PIXEL)
         own = np.zeros(int(label.max()) + 1, dtype=np.float32)
         own[label[v, u]] = number[v, u] >= len(others)
-        share = own.take(label)
+        share = np.asarray(own[label])
         # the glyph's vertices from which the line goes on into another letter
         on_line = np.zeros(len(self.radius), dtype=bool)
         on_line[mine] = True

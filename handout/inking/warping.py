@@ -160,7 +160,7 @@ def nearest(at: NDArray[np.complex128], shape: tuple[int, int]) -> NDArray[np.in
     _, label = cv2.distanceTransformWithLabels(free, cv2.DIST_L2, 5, labelType=cv2.DIST_LABEL_PIXEL)
     number = np.zeros(int(label.max()) + 1, dtype=np.int32)
     number[label[y, x]] = np.arange(len(at))
-    return np.asarray(number.take(label))
+    return np.asarray(number[label])
 
 
 def _sample_ink(line: Course, band: _Band, source: InkSource, uv: NDArray[np.float64]) -> _Pixels:
