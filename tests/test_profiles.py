@@ -16,8 +16,8 @@ from handout.plotting import fit_to_bed, observation, open_port, plan, run
 from handout.plotting.dialects import dialect
 from handout.printing import media, printers
 from handout.simulated import print_and_scan
+from handout.simulated.flatbed import Flatbed
 from handout.simulated.printer import Inkjet
-from handout.simulated.scanner import Flatbed
 from handout.sinks import picture_pdf
 from handout.values import Page
 

@@ -72,7 +72,8 @@ def print_(
     task = pages.look()
     notes = not_followed(task, ink_shown=True)
     attendant.note(*notes)
-    dry_run = out is not None and not _prints_into(out, printing)
+    # unless it names the folder that a simulated printer prints into
+    dry_run = out is not None and (out.suffix != "" or bool(printing.queue) or not profile.simulated)
     options, record = merging.begin_batch(
         pages, printing, {}, envelopes_to=printing.envelopes_to, out=out, dry_run=dry_run
     )
@@ -161,11 +162,6 @@ def _feed_printer(profile: Printer, apart: Printer, printing: PrintOptions, with
         changes["nudge"] = Nudge(x=Length(x), y=Length(y))
     fed = media.printer_for(page, apart if with_letters and envelope_page else profile)
     return msgspec.structs.replace(fed, **{name: value for name, value in changes.items() if value})
-
-
-def _prints_into(out: Path, printing: PrintOptions) -> bool:
-    """Whether what a dry run names is the folder that a simulated printer prints into."""
-    return out.suffix == "" and not printing.queue and printers.resolve(printing.printer).simulated
 
 
 @dataclass(frozen=True)

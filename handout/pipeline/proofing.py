@@ -268,19 +268,15 @@ class _Made:
             called = "envelope" if page.part == ENVELOPE else page.part
             picture, covered = _small(page)
             self.pages.append(ProofPage(row.number, called, picture, (sheet.width, sheet.height), tuple(own)))
-            self._spend(page, covered, seconds, row.copies)
-
-    def _spend(self, page: BatchPage, covered: float, seconds: float, copies: int) -> None:
-        """Count what the copies of a page use."""
-        spent, envelope = self.spent, page.part == ENVELOPE
-        self.spent = replace(
-            spent,
-            sheets=spent.sheets + copies * (not envelope and page.part != BACK),
-            envelopes=spent.envelopes + copies * envelope,
-            covered=spent.covered + copies * covered,
-            line=spent.line + copies * page.drawing.pen_down,
-            machine=(spent.machine or 0.0) + copies * seconds,
-        )
+            envelope, copies, spent = page.part == ENVELOPE, row.copies, self.spent
+            self.spent = replace(
+                spent,
+                sheets=spent.sheets + copies * (not envelope and page.part != BACK),
+                envelopes=spent.envelopes + copies * envelope,
+                covered=spent.covered + copies * covered,
+                line=spent.line + copies * page.drawing.pen_down,
+                machine=(spent.machine or 0.0) + copies * seconds,
+            )
 
     def _of_page(self, page: BatchPage) -> tuple[list[PageFinding], float]:
         """Findings on where a page's ink lies, and the s that a plotter would take for it."""
