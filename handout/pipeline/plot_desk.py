@@ -240,7 +240,11 @@ def show_plot(name: str) -> Facts:
     }
     if not standing.finished:
         page = job.drawing(min(standing.part, len(job.parts) - 1)).page
-        facts |= {"page": [page.width, page.height], "lies": _lies(page, job.profile)}
+        turn, shift, zero = _seen(page, profile)
+        turned = bed.place(page, profile).turned
+        lies = {"turned": turned, "quarters": bed.TOPS.index(turned), "zero": zero.tolist()}
+        matrix = [round(value, 4) for value in (*turn.T.ravel().tolist(), *shift.tolist())]  # a, b, c, d, e, f of SVG
+        facts |= {"page": [page.width, page.height], "lies": {"matrix": matrix, **lies}}
     return facts
 
 
@@ -287,14 +291,6 @@ def _seen(page: Page, profile: Plotter) -> tuple[Array, Array, Array]:
     flip = np.diag([1.0, 1.0 if down else -1.0])
     corner = np.array([-least[0], -least[1] if down else greatest[1]])
     return flip @ placed.turn, flip @ placed.shift + corner, corner
-
-
-def _lies(page: Page, profile: Plotter) -> Facts:
-    """The same as matrix (a, b, c, d, e, f) of SVG, where the page's top lies, and the machine's zero."""
-    turn, shift, zero = _seen(page, profile)
-    matrix, turned = [*turn.T.ravel().tolist(), *shift.tolist()], bed.place(page, profile).turned
-    seen = {"matrix": [round(value, 4) for value in matrix], "zero": zero.tolist()}
-    return {**seen, "turned": turned, "quarters": bed.TOPS.index(turned)}
 
 
 def _place(job: PlotJob, number: int, place: DrawnPlace) -> Facts:

@@ -338,7 +338,7 @@ def test_a_text_goes_to_the_plotter_and_its_pen_is_seen(page):
     page.mouse.move(sheet["x"] + 45, sheet["y"] + 5)
     with page.expect_response("**/sheet"):
         page.mouse.up()
-    page.wait_for_function("!document.querySelector('.bed .movable').getAttribute('transform').includes('translate')")
+    page.locator('.bed .movable:not([transform^="translate"])').wait_for()
     moved = page.locator(".bed .leaf").bounding_box()
     assert abs(moved["x"] - sheet["x"] - 40) < 3 and abs(moved["y"] - sheet["y"]) < 3
     kept(page, "jobs-laid", 500)
