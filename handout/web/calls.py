@@ -89,6 +89,16 @@ class Write(Body, frozen=True, kw_only=True):
     device: Name | None = None
 
 
+class WritePage(Write, frozen=True):
+    """The same, or one page of it.
+
+    at : a place in the text, characters from 0: only the page that holds it is written, and `page` of the answer is its
+        number where there are others.
+    """
+
+    at: Annotated[int, Meta(ge=0)] | None = None
+
+
 @_with_options(PlotOptions)
 class NewPlot(Write, frozen=True):
     """A text for a plotter: as for files, and how it is plotted."""
