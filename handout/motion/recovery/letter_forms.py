@@ -35,8 +35,8 @@ _FINE = 8  # places between two points of `ductus.toml`
 _LOOKED = 3  # forms that say where strokes may begin and turn
 _CLEAR = 7.0  # half widths, at least, from a node to a further node on a branch
 _CUTS = 2  # turning points of a letter at most
-# Of a letter's size: line so near where a form turns is cut.  Set on recorded letters and words; at .3 the round shoulder
-# of half the r of two writers was too far from the form's corner, and they began at the tip of the arm.
+# Of a letter's size: line so near where a form turns is cut.  Set on recorded letters and words; at .3 the round
+# shoulder of half the r of two writers was too far from the form's corner, and they began at the tip of the arm.
 _REACH = 0.45
 
 
