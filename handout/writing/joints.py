@@ -32,6 +32,8 @@ _PRIOR = 2.0  # pairs of two letters that the habits of each of them count for
 _JOINED = 0.8  # share of a pair that the author joins, from which on it is joined; a lift of one in four is his habit
 _NEAR = 0.5  # x-heights that the end of a stroke may be from where other ways leave the letter; set by eye
 _LEAST = 3  # vertices of a way
+_HIGH = 0.5  # x-heights: letters are left by their feet, or above this
+_FIT = 0.5  # x-heights that the ends of a new way may be higher or lower in the one letter than in the other
 _ROUNDING = 1e-9  # line space: places nearer than that are one
 
 
@@ -59,7 +61,12 @@ class Joints:
             return made
         out = one.exits[0] if one.exits else self._new(first, leaving=True)
         into = two.entries[0] if two.entries else self._new(second, leaving=False)
-        return ((out, into),) if out is not None and into is not None else ()
+        if out is None or into is None:
+            return ()
+        rises = (out.xy[[0, -1], 1] + self._forms.centre[first, 1]) - (
+            into.xy[[0, -1], 1] + self._forms.centre[second, 1]
+        )
+        return ((out, into),) if np.abs(rises).max() < _FIT * mean_x_height(self._forms.hand) else ()
 
     def _usual(self, first: int, second: int) -> bool:
         """Whether the author mostly joins two letters; never for neighbours of the source, which stay as they are."""
@@ -113,8 +120,10 @@ class Joints:
         theirs = np.array([hand.glyphs[of].letter == letter for of in ways.of.tolist()], dtype=bool)
         if not (leaving or theirs.any()):
             return None
-        usual = np.median(anchors[theirs], axis=0) if theirs.any() else None
         x_height = mean_x_height(hand)
+        high = anchors[:, 1] + forms.centre[ways.of, 1] > _HIGH * x_height  # by the bar of a t, not by its foot
+        theirs &= high if 2 * (theirs & high).sum() > theirs.sum() else ~high
+        usual = np.median(anchors[theirs], axis=0) if theirs.any() else None
         across = np.array([1.0, -mean_slant(hand)]) * (1 if leaving else -1)  # how far from the body a place is
         start = _start(form, usual, across, x_height)
         stroke = _stroke(form, start) if start is not None else None
