@@ -33,10 +33,12 @@ from handout.errors import InputError
 from handout.hand import learnt
 from handout.hand.archive import Archive, Content, Packed, content_bytes, pack
 from handout.hand.corrections import AnyCorrection, CorrectionJournal, JournalEntry, apply, read_corrections
+from handout.hand.ligatures import find_again
 from handout.hand.places import PLACES
 from handout.hand.scanned import KeptScan, Ligature, ScannedGlyph, ScannedHand, ScannedPage, Texture
 from handout.values import Array, Indices, LineGraph, Moments
 
+_RISING = "ligatures/rising.npy"  # empty: in files of programs that found ligatures as they are found now
 FORMAT = 2  # of the file; any other is refused with what to do
 SUFFIX = ".hand"
 _UV, _RADIUS, _DENSITY = 16.0, 256.0, 100.0  # steps a pixel, a pixel, 1
@@ -505,6 +507,7 @@ def _glyph_arrays(glyphs: Sequence[ScannedGlyph]) -> dict[str, Content]:
         "glyphs/vertices.npy": _flat([g.vertices for g in glyphs]),
         "glyphs/counts.npy": np.array([len(g.vertices) for g in glyphs], dtype=np.int32),
         **_numbered_lists("ligatures", [(number, way.path) for number, way in ways]),
+        _RISING: np.zeros(0, dtype=np.uint8),
     }
 
 
@@ -547,7 +550,7 @@ def _glyphs(archive: Archive, letters: list[str], pages: Sequence[ScannedPage]) 
             raise ValueError(f"glyph {i} has a confidence of {sure[i]:g}")
         rest = (before, after, tuple(ways.get(i, ())), sure[i], said[i] > 0, tuple(strokes.get(i, ())), said[i] > 1)
         glyphs.append(ScannedGlyph(letters[i], PLACES[place], page, line, word, at, vertices[i], *rest))
-    return tuple(glyphs)
+    return tuple(glyphs) if _RISING in archive else find_again(glyphs, pages)
 
 
 def _strokes(archive: Archive, count: int) -> dict[int, list[Indices]]:

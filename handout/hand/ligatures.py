@@ -11,12 +11,13 @@ Source: seed 000, §5.1.3, §6.4.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 
-from handout.hand.scanned import Ligature, ScannedPage
+from handout.hand.scanned import NOBODY, Ligature, ScannedGlyph, ScannedPage
 from handout.peaks import peaks
 from handout.values import Indices
 
@@ -24,6 +25,20 @@ _BEFORE, _BEYOND = 1.1, 0.6  # x-heights of path before and beyond the joint: do
 _TURN = 0.06  # x-heights back: a stroke that turns belongs to its letter from there on
 _NEAR = 0.35  # x-heights of path from a cut to the stroke that rises: cuts lie on either side of its ends
 _HIGH = 0.5  # x-heights: a way that begins higher goes down to nothing, a lower one comes down from nothing
+
+
+def find_again(glyphs: Sequence[ScannedGlyph], pages: Sequence[ScannedPage]) -> tuple[ScannedGlyph, ...]:
+    """Glyphs with their ligatures as they are found now, whatever they had."""
+    owners = [np.full(len(page.graph), NOBODY) for page in pages]
+    for number, glyph in enumerate(glyphs):
+        owners[glyph.page][glyph.vertices] = number
+    finders = [LigatureFinder(page, owner) for page, owner in zip(pages, owners, strict=True)]
+    return tuple(
+        glyph
+        if glyph.after == NOBODY
+        else replace(glyph, ligatures=finders[glyph.page].ligatures_between(number, glyph.after, glyph.line))
+        for number, glyph in enumerate(glyphs)
+    )
 
 
 class LigatureFinder:
