@@ -1,11 +1,14 @@
 """Where a letter ends and the way to the next one begins."""
 
+import zipfile
 from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 import pytest
 
+from handout.hand import file
+from handout.hand.learnt import recall
 from handout.hand.ligatures import LigatureFinder
 from handout.values import LineGraph
 
@@ -53,3 +56,18 @@ def test_what_leaves_high_does_not_go_down_with_the_next_letter(small_hand):
     """From the top of an o level to the first leg of an n."""
     heights = way_between(small_hand, [(0, 0.9), (0.5, 0.88), (0.6, 0.9), (0.7, 0)], 0.3)
     assert heights.min() > 0.8
+
+
+def test_a_file_of_an_earlier_program_has_its_ligatures_found_again(small_hand, tmp_path):
+    bare = replace(small_hand, glyphs=tuple(replace(glyph, ligatures=()) for glyph in small_hand.glyphs))
+    file.save(bare, tmp_path / "now.hand")
+    assert not any(glyph.ligatures for glyph in file.load(tmp_path / "now.hand").glyphs)
+    file.keep_learnt(tmp_path / "now.hand", {"worked out 1": np.ones(3)})
+    assert recall(file.load(tmp_path / "now.hand"), "worked out", 1) is not None
+    with zipfile.ZipFile(tmp_path / "now.hand") as now, zipfile.ZipFile(tmp_path / "old.hand", "w") as old:
+        for name in now.namelist():
+            if "rising" not in name:
+                old.writestr(name, now.read(name))
+    found = file.load(tmp_path / "old.hand")
+    assert [len(g.ligatures) for g in found.glyphs] == [len(g.ligatures) for g in small_hand.glyphs]
+    assert recall(found, "worked out", 1) is None
