@@ -7,6 +7,7 @@ Needs torch (the extra "train").  The sets of pictures are made by `word_picture
 from __future__ import annotations
 
 import argparse
+import contextlib
 import sys
 import zipfile
 from collections.abc import Callable, Iterator, Sequence
@@ -19,7 +20,7 @@ from numpy.typing import NDArray
 
 from handout.alphabet import JUNK, LETTERS
 from handout.reading import ctc
-from handout.reading.pictures import PictureReading, Reader, load
+from handout.reading.pictures import STEP, PictureReading, Reader, load
 from handout.reading.word_space import HEIGHT, MARGIN
 from handout_lab.training.word_pictures import varied
 
@@ -31,6 +32,7 @@ _TEMPERATURES = np.exp(np.arange(-0.7, 1.4, 0.05))  # that are tried
 _NEW = 0.2  # gain of a layer that is added to a network that has learnt: hardly anything is changed by it at first
 _BINS = 5  # of probability, in the table of reliability
 _USUAL_WIDTH = 96  # columns of a word's picture with its margins: what `Recipe.batch` counts
+_BARE, _APART = 40, 3  # ink, of 255, that is none; columns of paper between words that are cut apart
 _LOOK = 200  # batches after which the others are read
 READ = "".join(letter for letter in LETTERS if letter != JUNK)  # class n + 1 is READ[n], class 0 none
 
@@ -39,7 +41,8 @@ READ = "".join(letter for letter in LETTERS if letter != JUNK)  # class n + 1 is
 class Recipe:
     """How the reader is built and trained; the best of a few on fonts that were kept out.
 
-    stem : channels of the three layers that see rows; across : channels of those that see columns alone.
+    stem : channels of the three layers that see rows and halve them; added : layers after each that add to it.
+    across : channels of the layers that see columns alone.
     dilations : of the latter, columns: a letter and its neighbours are seen, where writing is broad half of them.
     batch : pictures of usual width, or as much of wider ones.
     rate : highest learning rate; warm : share of the batches in which it rises.
@@ -47,8 +50,9 @@ class Recipe:
     """
 
     stem: tuple[int, int, int] = (24, 48, 64)
+    added: tuple[int, int, int] = (0, 2, 2)
     across: int = 160
-    dilations: tuple[int, ...] = (1, 2, 3, 1, 4, 2)
+    dilations: tuple[int, ...] = (1, 2, 3, 1, 4, 2, 1, 3)
     batch: int = 48
     rate: float = 1e-3
     warm: float = 0.03
@@ -58,34 +62,39 @@ class Recipe:
 
 
 def network(recipe: Recipe) -> nn.Sequential:
-    """(n, 1, HEIGHT, w) → (n, classes, w / 2): three layers over rows and columns, the others over columns."""
+    """(n, 1, HEIGHT, w) → (n, classes, w / 2): the first layers over rows and columns, the others over columns."""
     from torch import nn
 
-    class Beside(nn.Module):  # type: ignore[misc]  # torch is an extra, unknown where it is not installed
-        """A layer over neighbouring columns, added to what it was given."""
+    class Added(nn.Module):  # type: ignore[misc]  # torch is an extra, unknown where it is not installed
+        """A layer whose result is added to what it was given."""
 
-        def __init__(self, channels: int, dilation: int) -> None:
+        def __init__(self, layer: nn.Module, norm: nn.Module) -> None:
             super().__init__()
-            self.layer = nn.Conv1d(channels, channels, 3, padding=dilation, dilation=dilation, bias=False)
-            self.norm = nn.BatchNorm1d(channels)
+            self.layer, self.norm = layer, norm
 
         def forward(self, x: Tensor) -> Tensor:
             return x + self.norm(self.layer(x)).relu()
 
-    one, two, three = recipe.stem
-    stem = [
-        *(nn.Conv2d(1, one, 5, stride=2, padding=2, bias=False), nn.BatchNorm2d(one), nn.ReLU()),
-        *(nn.Conv2d(one, two, 3, stride=(2, 1), padding=1, bias=False), nn.BatchNorm2d(two), nn.ReLU()),
-        *(nn.Conv2d(two, three, 3, stride=(2, 1), padding=1, bias=False), nn.BatchNorm2d(three), nn.ReLU()),
+    stem, before = list[nn.Module](), 1
+    for number, (channels, added) in enumerate(zip(recipe.stem, recipe.added, strict=True)):
+        size, stride = (3, (2, 1)) if number else (5, (2, 2))
+        halving = nn.Conv2d(before, channels, size, stride=stride, padding=size // 2, bias=False)
+        stem += [halving, nn.BatchNorm2d(channels), nn.ReLU()]
+        for _ in range(added):
+            stem.append(Added(nn.Conv2d(channels, channels, 3, padding=1, bias=False), nn.BatchNorm2d(channels)))
+        before = channels
+    across = recipe.across
+    columns = [nn.Conv1d(before * (HEIGHT // 8), across, 1, bias=False), nn.BatchNorm1d(across), nn.ReLU()]
+    beside = [
+        Added(nn.Conv1d(across, across, 3, padding=dilation, dilation=dilation, bias=False), nn.BatchNorm1d(across))
+        for dilation in recipe.dilations
     ]
-    columns = [nn.Conv1d(three * (HEIGHT // 8), recipe.across, 1, bias=False), nn.BatchNorm1d(recipe.across), nn.ReLU()]
-    beside = [Beside(recipe.across, dilation) for dilation in recipe.dilations]
-    last = nn.Conv1d(recipe.across, len(READ) + 1, 1)
+    last = nn.Conv1d(across, len(READ) + 1, 1)
     return nn.Sequential(*stem, nn.Flatten(1, 2), *columns, *beside, nn.Dropout(recipe.dropout), last)
 
 
 def go_on_from(net: nn.Sequential, path: Path, pictures: Tensor) -> None:
-    """Give a network the weights of a reader that was written, which may have fewer layers over columns.
+    """Give a network the weights of a reader that was written, which may have fewer layers of those that are added.
 
     Its normalisations went into its weights: they are put back by what is measured on some pictures (n, 1, HEIGHT, w).
     """
@@ -97,12 +106,11 @@ def go_on_from(net: nn.Sequential, path: Path, pictures: Tensor) -> None:
     flat = [part for part in net.modules() if isinstance(part, (nn.Conv1d, nn.Conv2d, nn.BatchNorm1d, nn.BatchNorm2d))]
     norms = dict(zip(flat[::2], flat[1::2], strict=False))
     hooks = []
-    convolutions = [*list(norms)[: len(known) - 1], flat[-1]]
     for part in flat[::2]:
-        number = convolutions.index(part) if part in convolutions else None
-        if number is not None:
-            part.weight.data.copy_(torch.from_numpy(known[number][0].astype(np.float32)))
-        bias = None if number is None else torch.from_numpy(known[number][1].astype(np.float32))
+        bias = None
+        if known and known[0][0].shape == tuple(part.weight.shape):
+            weight, bias = (torch.from_numpy(array.astype(np.float32)) for array in known.pop(0))
+            part.weight.data.copy_(weight)
         if part in norms:
             hooks.append(norms[part].register_forward_pre_hook(_measured(bias)))
         elif bias is not None:
@@ -153,6 +161,43 @@ class Words:
         return self.pictures[:, start:end]
 
 
+def with_words_apart(lines: Words, reader: Reader, rng: np.random.Generator) -> Words:
+    """A set of lines and, of each, the words one, two or three at a time, cut where no ink is.
+
+    reader : which tells where the words of a text that it is given stand.
+    """
+    pictures, texts, sources = list[NDArray[np.uint8]](), list[str](), list[str]()
+    for number, text in enumerate(lines.texts):
+        picture, words = lines.picture(number), text.split(" ")
+        pieces, cuts = [(picture, text)], [0]
+        with contextlib.suppress(ValueError):  # too narrow for its text
+            reading = reader.read(picture.astype(np.float64) / 255)
+            borders = ctc.alignment(reading.grouped[0], reading.labels(text)) * STEP - MARGIN
+            middles = borders.mean(axis=1).astype(int).tolist()
+            firsts = np.cumsum([len(word) + 1 for word in words[:-1]]).tolist()
+            ends = [_gap(picture, middles[first - 2], middles[first]) for first in firsts]
+            begin = 0
+            for last, end in enumerate([*ends, picture.shape[1]]):
+                if end is not None and (last + 1 == len(words) or last - begin + 1 >= rng.integers(1, 4)):
+                    pieces.append((picture[:, cuts[-1] : end], " ".join(words[begin : last + 1])))
+                    cuts.append(end)
+                    begin = last + 1
+        for piece, written in pieces:
+            pictures.append(piece)
+            texts.append(written)
+            sources.append(lines.sources[number])
+    ends_of = np.cumsum([piece.shape[1] for piece in pictures], dtype=np.intp)
+    return Words(np.hstack(pictures), ends_of, tuple(texts), tuple(sources))
+
+
+def _gap(picture: NDArray[np.uint8], left: int, right: int) -> int | None:
+    """The middle of the widest stretch of paper between two columns, or None where there is none to speak of."""
+    bare = np.flatnonzero(picture[:, max(left, 0) : right].max(axis=0, initial=0) < _BARE)
+    runs = np.split(bare, np.flatnonzero(np.diff(bare) > 1) + 1)
+    widest = max(runs, key=len)
+    return max(left, 0) + int(widest[len(widest) // 2]) if len(widest) >= _APART else None
+
+
 def batches(words: Words, columns: int, rng: np.random.Generator) -> Iterator[NDArray[np.intp]]:
     """Numbers of pictures of about one width, of so many columns together, in random order."""
     widths = np.diff(words.ends, prepend=0)
@@ -163,9 +208,8 @@ def batches(words: Words, columns: int, rng: np.random.Generator) -> Iterator[ND
         yield groups[number]
 
 
-def endless(paths: Sequence[Path], columns: int, rng: np.random.Generator) -> Iterator[tuple[Words, NDArray[np.intp]]]:
+def endless(sets: Sequence[Words], columns: int, rng: np.random.Generator) -> Iterator[tuple[Words, NDArray[np.intp]]]:
     """Batches of some sets, again and again."""
-    sets = [Words.load(path) for path in paths]
     while True:
         for number in rng.permutation(len(sets)):
             yield from ((sets[number], numbers) for numbers in batches(sets[number], columns, rng))
@@ -182,7 +226,7 @@ def batch_of(
 
     pictures = [words.picture(n) for n in numbers]
     if anew and rng is not None:
-        pictures = [varied(picture, rng) for picture in pictures]
+        pictures = [varied(picture, pictures, rng) for picture in pictures]
     width = max(p.shape[1] for p in pictures) + 2 * MARGIN
     stack = np.zeros((len(pictures), 1, HEIGHT, width), dtype=np.float32)
     for k, picture in enumerate(pictures):
@@ -229,7 +273,9 @@ def train(course: Course, recipe: Recipe, rng: np.random.Generator, start: Path 
     torch.manual_seed(int(rng.integers(2**31)))
     net = network(recipe)
     columns = recipe.batch * _USUAL_WIDTH
-    drawn, written = (endless(paths, columns, rng) for paths in (course.words, course.pages))
+    aligner = load(start) if start is not None and start.suffix == ".npz" else load()
+    drawn = endless([Words.load(path) for path in course.words], columns, rng)
+    written = endless([with_words_apart(Words.load(path), aligner, rng) for path in course.pages], columns, rng)
     if start is not None and start.suffix == ".npz":
         first, some = next(drawn)
         go_on_from(net, start, batch_of(first, some.tolist(), None)[0])
