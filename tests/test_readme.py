@@ -93,6 +93,29 @@ def test_a_wrong_command_would_be_noticed():
         understood(["hand", "raed", "me"])
 
 
+def unknown_options(words: list[str]) -> list[str]:
+    """The words that look like options, and that the command they name does not have."""
+    context, rest = click.Context(handout), words
+    while isinstance(context.command, click.Group):
+        name, verb, rest = context.command.resolve_command(context, rest)
+        assert verb is not None
+        context = click.Context(verb, parent=context, info_name=name)
+    known = {text for parameter in context.command.params for text in parameter.opts}
+    return [word for word in rest if re.match(r"--?[a-z]", word) and word.partition("=")[0] not in known]
+
+
+def test_the_script_that_makes_the_pictures_names_what_there_is():
+    """It is run by hand alone, so that a renamed option would break it unseen."""
+    script = (ROOT / "docs" / "pictures" / "make.sh").read_text("utf-8").replace("\\\n", " ")
+    commands = [shlex.split(line, comments=True) for line in re.findall(r"(?m)^ *handout (.+)$", script)]
+    commands += [re.findall(r'"([^"]*)"', line) for line in re.findall(r'(?s)\["handout", (.*?)\]', script)]
+    assert len(commands) >= 20
+    assert [wrong for words in commands for wrong in unknown_options(words)] == []
+    named = set(re.findall(r"examples/[\w.-]+", script))
+    assert len(named) >= 5 and [name for name in sorted(named) if not (ROOT / name).is_file()] == []
+    assert unknown_options(["write", "a", "--hnad", "x", "-o", "y"]) == ["--hnad"]
+
+
 def test_files_that_commands_name_are_there():
     named = {name for document in DOCUMENTS for name in re.findall(r"examples/[\w.-]+", document.read_text("utf-8"))}
     assert len(named) >= 5 and all((ROOT / name).is_file() for name in named)

@@ -49,11 +49,19 @@ def wizard(
     handout calibrate wizard --printer pdf -o charts       print the files yourself
     handout calibrate wizard --printer sim --paper cream
     """
+    if web:
+        from urllib.parse import quote
+
+        from handout.cli.studio_ import open_studio
+        from handout.pipeline.calibration_desk import check_printer
+
+        if (sheets, calibration) != (ChartOptions(), CalibrationOptions()):
+            raise InputError("--web takes --printer and --paper alone: the page asks for the rest.")
+        check_printer(printer)
+        open_studio((), f"calibration/{quote(printer)}/{quote(paper)}", None, browser=True, as_json=False)
+        return
     from handout.pipeline.calibrating import calibrate
 
-    if web:
-        _in_browser(printer, paper, sheets, calibration)
-        return
     try:
         with console.working():
             place = CalibrationPlace(printer, paper, sheets, calibration)
@@ -64,19 +72,6 @@ def wizard(
         raise
     stored = result.calibration
     console.report(result, f"Stored: {stored.describe()}; report: {stored.report}.")
-
-
-def _in_browser(printer: str, paper: str, sheets: ChartOptions, calibration: CalibrationOptions) -> None:
-    """The same as a page of the studio, which asks for all else itself."""
-    from urllib.parse import quote
-
-    from handout.cli.studio_ import open_studio
-    from handout.pipeline.calibration_desk import check_printer
-
-    if (sheets, calibration) != (ChartOptions(), CalibrationOptions()):
-        raise InputError("--web takes --printer and --paper alone: the page asks for the rest.")
-    check_printer(printer)
-    open_studio((), f"calibration/{quote(printer)}/{quote(paper)}", None, browser=True, as_json=False)
 
 
 @verb("chart", command)

@@ -356,14 +356,20 @@ def edit(
 
     if sum((corrections is not None, undo, redo, history)) != 1:
         raise click.UsageError("Give a file of corrections, or one of --undo, --redo and --history.")
+    lines = list[str]()
     if corrections is not None:
         with console.working():
             result = kept_hands.edit_hand(name, corrections, output, learning=not no_learning, listener=console)
     elif history:
         result = kept_hands.edits(name)
+        for number, entry in enumerate(result.told["journal"], 1):
+            kinds = ", ".join(correction["do"] for correction in entry["corrections"])
+            undone = "" if entry["in_force"] else " (taken back)"
+            lines.append(f"{number}{undone}: {kinds}; {_tell_changes(entry['changes'])}")
+        lines = lines or [f"{result.told['files'][0]}: nothing was corrected."]
     else:
         result = kept_hands.undo_edits(name, 1 if undo else -1, output, listener=console)
-    console.report(result, "\n".join(_history(result.told)) if history else _tell_edit(result.told))
+    console.report(result, "\n".join(lines) or _tell_edit(result.told))
 
 
 def _tell_edit(told: Told) -> str:
@@ -382,16 +388,6 @@ def _tell_changes(changes: Sequence[Told]) -> str:
     named = [f"{one['letter']} in “{one['word']}” (line {one['line'] + 1}, {one['how']})" for one in changes[:_NAMED]]
     more = f" and {len(changes) - _NAMED} more" if len(changes) > _NAMED else ""
     return f"{units.count(len(changes), 'other letter')} changed: {', '.join(named)}{more}."
-
-
-def _history(told: Told) -> list[str]:
-    """The journal, a line an entry."""
-    lines = []
-    for number, entry in enumerate(told["journal"], 1):
-        kinds = ", ".join(correction["do"] for correction in entry["corrections"])
-        undone = "" if entry["in_force"] else " (taken back)"
-        lines.append(f"{number}{undone}: {kinds}; {_tell_changes(entry['changes'])}")
-    return lines or [f"{told['files'][0]}: nothing was corrected."]
 
 
 @verb("pen", command)

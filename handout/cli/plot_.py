@@ -6,6 +6,7 @@ import contextlib
 import json
 from collections.abc import Collection
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -63,6 +64,11 @@ class _PlotMode:
             raise InputError("Several plotters share the rows of a table, with --letter: name one --port.")
         return self.ports[0] if self.ports else None
 
+    def check_place(self) -> None:
+        """Refuse to write nowhere."""
+        if not self.ports and not self.dry_run:
+            raise InputError("Where to? Give --port /dev/ttyUSB0 (or COM3, or sim:), or --dry-run preview.svg.")
+
     @property
     def plots_anyway(self) -> bool:
         """Whether what is typed asks for a plot, whatever its text is."""
@@ -114,8 +120,8 @@ def command(
     if text and text[0] in configuration.JOB_WORDS and not mode.plots_anyway:
         _manage(text[0], text[1:], console)
         return None
-    if mode.port is None and not mode.dry_run:
-        raise InputError("Where to? Give --port /dev/ttyUSB0 (or COM3, or sim:), or --dry-run preview.svg.")
+    port = mode.port
+    mode.check_place()
     if mode.show_travel and not mode.dry_run:
         raise InputError("--show-travel is seen in a preview: give it with --dry-run preview.svg.")
     from handout.pipeline.inputs import read_source
@@ -124,7 +130,13 @@ def command(
     check_outputs(mode.dry_run)
     source = read_source(text, mode.file, console, given_names(), svg_text=drawing.svg_text)
     request = replace(request, source=source)
-    (_preview if mode.dry_run else _plot)(request, mode, console)
+    if mode.dry_run:
+        _preview(request, mode, console)
+    elif port:
+        from handout.pipeline.plotting import plot
+
+        result = plot(request, port, mode.attendance, attendant=console)
+        console.report(result, sentences.tell_plotted(result))
     return None
 
 
@@ -153,24 +165,17 @@ def _plot_rows(
     console: Console,
 ) -> int:
     """--letter, --with-envelopes."""
-    from handout.cli.print_ import name_problems, summary
+    from handout.cli.print_ import make_rows, summary
     from handout.pipeline.plot_rows import plot_rows
-    from handout.pipeline.printing import PrintingStopped, RowsRefused
 
     names = [*text, *([mode.resume] if mode.resume not in (None, _LAST) else [])]
     if len(names) != 1 or mode.file is not None:
         raise InputError("Which table? Name one, as in: handout plot --port /dev/ttyUSB0 people.csv --letter card.md")
-    if not mode.ports and not mode.dry_run:
-        raise InputError("Where to? Give --port /dev/ttyUSB0 (or COM3, or sim:), or --dry-run preview.svg.")
+    mode.check_place()
     rows, merge = replace(table, resume=mode.resume is not None), replace(merge, given=given_names())
-    try:
-        with console.working() if mode.dry_run else contextlib.nullcontext():
-            how = request, mode.ports, (rows, merge), mode.attendance
-            result = plot_rows(names[0], *how, outputs=mode.dry_run, attendant=console)
-    except (PrintingStopped, RowsRefused) as stopped:
-        name_problems(stopped.report, console)
-        raise
-    name_problems(result.report, console)
+    how = request, mode.ports, (rows, merge), mode.attendance
+    make = partial(plot_rows, names[0], *how, outputs=mode.dry_run, attendant=console)
+    result = make_rows(make, console.working() if mode.dry_run else contextlib.nullcontext(), console)
     took = f"in {units.duration(result.executed_s)}"
     if mode.dry_run:
         took = f"plotting would take {units.duration(result.told['planned_s'])}"
@@ -178,15 +183,6 @@ def _plot_rows(
     lent = sentences.tell_letters(result.tally)
     console.report(result, f"{sentence}{lent}\n{result.fidelity}".strip())
     return result.report.exit_code
-
-
-def _plot(request: PlotRequest, mode: _PlotMode, console: Console) -> None:
-    """--port."""
-    from handout.pipeline.plotting import plot
-
-    assert mode.port is not None
-    result = plot(request, mode.port, mode.attendance, attendant=console)
-    console.report(result, sentences.tell_plotted(result))
 
 
 def _preview(request: PlotRequest, mode: _PlotMode, console: Console) -> None:

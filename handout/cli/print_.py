@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import contextlib
+from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 import click
 
@@ -16,8 +19,9 @@ from handout.pipeline.declarations import MACHINE, option
 from handout.pipeline.options import MergeOptions, PictureOptions, PrintOptions, WritingOptions
 
 if TYPE_CHECKING:
-    from handout.pipeline.printing import BatchDelivery, Report
+    from handout.pipeline.row_work import BatchDelivery
 
+Made = TypeVar("Made", bound="BatchDelivery")
 _MOST_NAMED = 12  # files that are named at the end
 
 
@@ -42,17 +46,11 @@ def command(
     handout print --printer epson --queue ipp://192.168.1.7/ipp/print envelope.csv --resume
     handout print --printer epson --queue office --queue attic people.csv --letter letter.txt
     """
-    from handout.pipeline.printing import PrintingStopped, RowsRefused, print_
+    from handout.pipeline.printing import print_
 
-    console.yes = yes
-    try:
-        with console.working():
-            asked = replace(merge, given=given_names())
-            result = print_(table, printing, writing, picture, asked, attendant=console)
-    except (PrintingStopped, RowsRefused) as stopped:
-        name_problems(stopped.report, console)
-        raise
-    name_problems(result.report, console)
+    console.yes, asked = yes, replace(merge, given=given_names())
+    make = partial(print_, table, printing, writing, picture, asked, attendant=console)
+    result = make_rows(make, console.working(), console)
     if result.calibration_note:
         console.say(result.calibration_note)
     sentence = f"{summary(result)}; {sentences.writing_time(result.tally)}seed {result.seed}."
@@ -71,11 +69,22 @@ def summary(result: BatchDelivery) -> str:
     return f"{len(report.rows)} of {wanted} done ({where}){before}"
 
 
-def name_problems(report: Report, console: Console) -> None:
-    """Rows that failed are always named; warnings unless the user wants quiet."""
+def make_rows(make: Callable[[], Made], block: contextlib.AbstractContextManager[object], console: Console) -> Made:
+    """Make the rows of a table in a block; those that failed are always named, warnings unless the user wants quiet."""
+    from handout.pipeline.printing import PrintingStopped, RowsRefused
+
+    stopped: PrintingStopped | RowsRefused | None = None
+    try:
+        with block:
+            report = (result := make()).report
+    except (PrintingStopped, RowsRefused) as error:
+        stopped, report = error, error.report
     for failure in report.failed:
         click.echo(f"row {failure.row}: {failure.reason}", err=True)
     for row in report.unknown:
         way_out = f"look whether the sheet is there; --resume --again {row.row} makes it again"
         click.echo(f"row {row.row}: {row.reason}; {way_out}.", err=True)
     console.say(*(f"warning: {warning}" for warning in report.warnings))
+    if stopped is not None:
+        raise stopped
+    return result

@@ -14,7 +14,7 @@ from handout.pipeline.declarations import option, output
 from handout.pipeline.options import PictureOptions, StyleOptions
 
 if TYPE_CHECKING:
-    from handout.pipeline.results import Told
+    pass
 
 
 @click.group("strokes")
@@ -41,10 +41,7 @@ def fit(
     from handout.pipeline.drawings import fit_strokes
 
     result = fit_strokes(trace, output, report, shape_only=shape_only)
-    Console(as_json, quiet=as_json).report(result, _sentence(result.told))
-
-
-def _sentence(told: Told) -> str:
+    told = result.told
     sentence = f"{units.count(told['movements'], 'movement')}, {units.count(told['strokes'], 'stroke')}"
     if told["path_db"] is not None:
         sentence += f"; path {told['path_db']:.1f} dB"
@@ -52,7 +49,8 @@ def _sentence(told: Told) -> str:
         sentence += f", speed {told['speed_db']:.1f} dB (medians)"
     if not told["timed"]:
         sentence += "; from the shape alone"
-    return sentence + (f"; wrote {', '.join(told['files'])}." if told["files"] else ".")
+    sentence += f"; wrote {', '.join(told['files'])}." if told["files"] else "."
+    Console(as_json, quiet=as_json).report(result, sentence)
 
 
 @verb("draw", command)

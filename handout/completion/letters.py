@@ -120,7 +120,9 @@ class LetterMaker:
             return marks, f"{base} with the author's own {name}", True
         if mark == "\u0308" and (marks := list(self._diaereses())):
             return marks, f"{base} with two of the author's own dots", True
-        if mark == "\u0307" and (marks := list(self._single_dots())):
+        if mark == "\u0307" and (dots := self._dots()):
+            gaps = [float(np.clip(over, *(self._drawn.x_height * np.array(_GAP)))) for _, over in dots]
+            marks = [[dot.shift_by(np.array([0.0, gap]))] for (dot, _), gap in zip(dots, gaps, strict=True)]
             return marks, f"{base} with the author's own dot", True
         if fallback and mark in self._drawn.house.marks:
             return [self._drawn.mark(mark, self._rng) for _ in range(_FORMS)], f"{base} with a drawn {name}", False
@@ -174,12 +176,6 @@ class LetterMaker:
             level = 0.5 * (left[1] + right[1])
             gap = float(np.clip(level, *(self._drawn.x_height * np.array(_GAP))))
             yield [left[0].shift_by(np.array([-apart, gap])), right[0].shift_by(np.array([apart, gap]))]
-
-    def _single_dots(self) -> Iterator[list[SpecimenPart]]:
-        """The author's dots, each at the gap that it keeps."""
-        for dot, over in self._dots():
-            gap = float(np.clip(over, *(self._drawn.x_height * np.array(_GAP))))
-            yield [dot.shift_by(np.array([0.0, gap]))]
 
     def _best(self, letter: str, most: int) -> list[int]:
         """Glyphs of a letter, of every place, those that are surest."""

@@ -119,7 +119,7 @@ class WritingManner:
         kept = learnt(hand, "manner", VERSION, None, lambda: _measure_manner(hand))
         try:
             self._known = tuple(_unpack_known(kept[5:]))
-        except (ValueError, OverflowError):  # a file beside the hand that somebody wrote into
+        except (ValueError, OverflowError):  # forms drawn otherwise since, or a file that somebody wrote into
             kept = _measure_manner(hand)
             self._known = tuple(_unpack_known(kept[5:]))
         self.spread = LetterSpread(*kept[:5].tolist())
@@ -352,9 +352,11 @@ def _unpack_known(kept: Array) -> Iterator[Known]:
     while at < len(kept):
         code, number, glyphs, cost, count = kept[at : at + 5].tolist()
         end = at + 5 + 2 * int(count)
-        if not at + 5 <= end <= len(kept):
-            raise ValueError(f"{count:g} places of {len(kept)} figures")
-        yield Known(chr(int(code)), int(number), int(glyphs), cost, kept[at + 5 : end].reshape(-1, 2))
+        letter, number = chr(int(code)), int(number)
+        places = len(ways.way(letter, number).xy[::_APART]) if 0 <= number < ways.count(letter) else 0
+        if not at + 5 <= end <= len(kept) or count != places:
+            raise ValueError(f"{count:g} places of {len(kept)} figures for {places} of {letter!r}")
+        yield Known(letter, number, int(glyphs), cost, kept[at + 5 : end].reshape(-1, 2))
         at = end
 
 

@@ -393,18 +393,11 @@ def _hasten_glyph(glyph: Glyph, shape: Array, haste: float) -> Glyph:
     strokes = [stroke @ shape for stroke in glyph.strokes]
     width = glyph.width * float(shape[0, 0])
     if haste > 0 and glyph.exit == "lifted" and glyph.places <= _LAST_PLACES and glyph.letter.islower():
-        last = glyph.last_main
-        trailed = _trail_stroke(strokes[last], haste)
-        width += max(0.0, float(trailed[-1, 0] - strokes[last][-1, 0]))
-        strokes[last] = trailed
+        stroke = strokes[glyph.last_main]
+        tip, before = stroke[-1], stroke[-2] if len(stroke) > 1 else stroke[-1]
+        if tip[0] > before[0] and -0.1 < tip[1] < 0.6:  # leaves to the right near the line: is drawn out along it
+            moved = np.array([tip[0] + _TRAIL * haste, tip[1] * (1 - 0.5 * haste)])
+            width += max(0.0, float(moved[0] - tip[0]))
+            strokes[glyph.last_main] = np.vstack([stroke[:-1], moved])
     joining = glyph.reluctance + _JOINING * haste if glyph.reluctance else 0.0
     return replace(glyph, strokes=tuple(strokes), width=width, reluctance=joining)
-
-
-def _trail_stroke(stroke: Array, haste: float) -> Array:
-    """The last stroke of a word, its tip drawn out along the line if it leaves to the right near the line."""
-    tip, before = stroke[-1], stroke[-2] if len(stroke) > 1 else stroke[-1]
-    if tip[0] <= before[0] or not -0.1 < tip[1] < 0.6:
-        return stroke
-    moved = np.array([tip[0] + _TRAIL * haste, tip[1] * (1 - 0.5 * haste)])
-    return np.vstack([stroke[:-1], moved])

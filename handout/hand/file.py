@@ -47,6 +47,7 @@ _SCAN = "scan.webp"  # of a page, in its folder
 _JOURNAL, _ENTRIES, _LEARNT = "corrections.json", "corrections/", "learnt.json"
 _SHIPPED = Path(__file__).resolve().parent / "house"
 BESIDE = ".learnt"  # suffix of what is kept of a hand that ships, or was found anew: its own file stays as it is
+_OWN = b'{"of":'  # how such a file begins, as `_learnt_bytes` writes it
 _TIGHT, _QUICK = 7, 1  # of packing pictures: how hard, and how hard while somebody waits
 _WAITED = 4  # of packing other parts then: a thirtieth of the time of 9 for a tenth more, measured on a painted page
 _read_from: WeakKeyDictionary[ScannedHand, tuple[Path, str]] = WeakKeyDictionary()  # hand → file, and fingerprint
@@ -172,10 +173,21 @@ def beside(hand: ScannedHand) -> Path | None:
 def keep_beside(hand: ScannedHand, values: Mapping[str, Array]) -> None:
     """Keep what was worked out of a hand in the file `beside` it.
 
-    Raises InputError: the folder cannot be written.
+    Raises InputError: the folder cannot be written, or holds another file of that name (`tell_foreign`).
     """
+    if foreign := tell_foreign(hand):
+        raise InputError(foreign)
     if path := beside(hand):
         atomic.write(path, _learnt_bytes(_read_from[hand][1], values))
+
+
+def tell_foreign(hand: ScannedHand) -> str:
+    """That the file `beside` a hand is somebody's own, in a sentence; "" where it is none, or was kept here."""
+    path = beside(hand.author or hand)
+    with suppress(OSError):
+        if path is not None and not path.read_bytes().startswith(_OWN):
+            return f"{path} was not made by handout and stays as it is: what is worked out of {hand.name} is not kept."
+    return ""
 
 
 def _learnt_bytes(of: str, values: Mapping[str, Array]) -> bytes:

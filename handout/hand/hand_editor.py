@@ -114,7 +114,13 @@ class HandEditor:
             raise CorrectionError(f"no writing inside the polygon around ({x:g}, {y:g})")
         vertices = np.flatnonzero(inside)
         for number in set(self._owner[vertices].tolist()) - {NOBODY}:
-            self._take_vertices(number, vertices)
+            left = np.setdiff1d(self._glyph(number).vertices, vertices)
+            if len(left):
+                self._glyphs[number] = replace(self._glyph(number), vertices=left, confirmed=False, kept_out=False)
+            else:
+                self._part(self._glyph(number).before)
+                self._part(number)
+                self._glyphs[number] = None
         self._owner[vertices] = NOBODY
         self._new(vertices, text, None, taking=True)
 
@@ -341,16 +347,6 @@ class HandEditor:
         edges = self._scan.graph.edges
         piece = number_pieces(edges[loose[edges].all(axis=1)], len(loose))
         return np.flatnonzero(loose & (piece == piece[vertex]))
-
-    def _take_vertices(self, number: int, vertices: Indices) -> None:
-        """Take vertices away from a glyph; one that has none left is gone."""
-        left = np.setdiff1d(self._glyph(number).vertices, vertices)
-        if len(left):
-            self._glyphs[number] = replace(self._glyph(number), vertices=left, confirmed=False, kept_out=False)
-            return
-        self._part(self._glyph(number).before)
-        self._part(number)
-        self._glyphs[number] = None
 
     def _new(self, vertices: Indices, text: str, place: Place | None, taking: bool = False) -> None:
         """Make a letter of loose vertices: one that the transcript lacks there, or else an additional one.

@@ -10,10 +10,13 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from weakref import WeakKeyDictionary
 
+import numpy as np
+
 from handout.hand.scanned import ScannedHand
 from handout.values import Array, readonly
 
-_kept: WeakKeyDictionary[ScannedHand, Mapping[str, Sequence[float] | Array]] = WeakKeyDictionary()
+_MOST = 2.0**53  # of a value: above it not every whole number is a float of its own
+_kept: WeakKeyDictionary[ScannedHand, dict[str, Sequence[float] | Array]] = WeakKeyDictionary()
 _known: WeakKeyDictionary[ScannedHand, dict[str, Array]] = WeakKeyDictionary()
 
 
@@ -36,15 +39,18 @@ def learnt(
 
 def recall(hand: ScannedHand, name: str, version: int) -> Array | None:
     """What is kept of a hand under a name, or was worked out before; None where nothing is."""
-    known, key = _known.setdefault(hand, {}), f"{name} {version}"
-    if key not in known and key in _kept.get(hand, {}):
-        known[key] = readonly(_kept[hand][key], None)
+    known, kept, key = _known.setdefault(hand, {}), _kept.get(hand, {}), f"{name} {version}"
+    if key not in known and key in kept:
+        if np.abs(np.asarray(kept[key])).max(initial=0.0) <= _MOST:
+            known[key] = readonly(kept[key], None)
+        else:  # a file beside the hand that somebody wrote into
+            del kept[key]
     return known.get(key)
 
 
 def remember(hand: ScannedHand, values: Mapping[str, Sequence[float] | Array]) -> None:
     """Take what is known of a hand, as `known_values` has it, or as a file keeps it."""
-    _kept[hand] = values
+    _kept[hand] = dict(values)
 
 
 def share_learnt(hand: ScannedHand, other: ScannedHand) -> None:

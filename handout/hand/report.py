@@ -15,7 +15,7 @@ from handout.hand.scanned import ScannedHand, ScannedPage
 from handout.hand.vetting import vet
 
 if TYPE_CHECKING:
-    from PIL.ImageDraw import ImageDraw
+    pass
 
 LEAST = 8  # instances of a letter that let the choice vary (seed 000, §6.2.1)
 
@@ -114,7 +114,7 @@ def overlay(hand: ScannedHand, page: int) -> Pixels:
     (h, w, 3) uint8: letters in blue and green by turns, in orange where doubtful, in red where refused; unnamed ones in
     purple, ligatures and what belongs to no letter in grey; over each letter its name.
     """
-    from PIL import Image, ImageDraw
+    from PIL import Image, ImageDraw, ImageFont
 
     sheet = hand.pages[page]
     picture = sheet.on_paper(_PALE)
@@ -127,7 +127,10 @@ def overlay(hand: ScannedHand, page: int) -> Pixels:
     image = Image.fromarray(picture)
     draw = ImageDraw.Draw(image)
     for i in here:
-        _write_name(draw, hand, i)
+        up = max(_UP * sheet.x_height / sheet.pitch, float(hand.outline(i)[:, 1].max()) + 0.05)
+        x, y = sheet.to_picture(hand.glyphs[i].line, [hand.centre(i)[0], up])[0].tolist()
+        font = ImageFont.load_default(max(10.0, 0.55 * sheet.x_height / sheet.pixel))
+        draw.text((x, y), hand.glyphs[i].letter or "?", fill=_colour(hand, i), font=font, anchor="mb")
     return np.asarray(image)
 
 
@@ -144,17 +147,6 @@ def _dots(picture: Pixels, page: ScannedPage, vertices: NDArray[np.intp], colour
     height, width = picture.shape[:2]
     for dx, dy in ((0, 0), (1, 0), (0, 1), (1, 1)):
         picture[np.clip(y + dy, 0, height - 1), np.clip(x + dx, 0, width - 1)] = colour
-
-
-def _write_name(draw: ImageDraw, hand: ScannedHand, number: int) -> None:
-    from PIL import ImageFont
-
-    glyph, page = hand.glyphs[number], hand.pages[hand.glyphs[number].page]
-    outline = hand.outline(number)
-    up = max(_UP * page.x_height / page.pitch, float(outline[:, 1].max()) + 0.05)
-    x, y = page.to_picture(glyph.line, [hand.centre(number)[0], up])[0].tolist()
-    font = ImageFont.load_default(max(10.0, 0.55 * page.x_height / page.pixel))
-    draw.text((x, y), glyph.letter or "?", fill=_colour(hand, number), font=font, anchor="mb")
 
 
 def cutout(hand: ScannedHand, number: int) -> tuple[Pixels, tuple[int, int]]:

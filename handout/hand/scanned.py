@@ -230,7 +230,14 @@ class ScannedPage:
         paper.flags.writeable = False
         object.__setattr__(self, "paper", paper)
         self._check_picture()
-        self._check_vertices()
+        uv = self.graph.uv
+        if len(self.dismissed) and not 0 <= self.dismissed.min() <= self.dismissed.max() < len(uv):
+            raise ValueError("a vertex that there is not is no letter's")
+        if not ((uv >= -_OVER) & (uv <= np.array(self.shape[::-1]) + _OVER)).all():
+            raise ValueError("a vertex lies outside its picture")
+        for name in ("times", *POSE) if self.moments else ():
+            if (channel := getattr(self.moments, name)) is not None and len(channel) != len(self.graph):
+                raise ValueError(f"{len(channel)} moments of {len(self.graph)} vertices")
 
     def _check_picture(self) -> None:
         if not (self.dpi > 0 and self.pitch > 0 and self.x_height > 0):
@@ -242,16 +249,6 @@ class ScannedPage:
             raise ValueError("the ink lies outside the picture")
         if self.scan is not None and self.scan.shape != self.shape:
             raise ValueError("the scan is not as large as its page")
-
-    def _check_vertices(self) -> None:
-        uv = self.graph.uv
-        if len(self.dismissed) and not 0 <= self.dismissed.min() <= self.dismissed.max() < len(uv):
-            raise ValueError("a vertex that there is not is no letter's")
-        if not ((uv >= -_OVER) & (uv <= np.array(self.shape[::-1]) + _OVER)).all():
-            raise ValueError("a vertex lies outside its picture")
-        for name in ("times", *POSE) if self.moments else ():
-            if (channel := getattr(self.moments, name)) is not None and len(channel) != len(self.graph):
-                raise ValueError(f"{len(channel)} moments of {len(self.graph)} vertices")
 
     @property
     def pixel(self) -> float:

@@ -41,9 +41,10 @@ from handout.pipeline.options import (
 from handout.pipeline.plot_desk import AtPage, PageWire, known_port
 from handout.pipeline.plot_request import AttendanceOptions, PlotOptions, PlotRequest
 from handout.pipeline.plot_rows import plot_rows
-from handout.pipeline.printing import BatchDelivery, print_
+from handout.pipeline.printing import print_
 from handout.pipeline.proofing import proof
 from handout.pipeline.results import SILENT, Facts, Listener
+from handout.pipeline.row_work import BatchDelivery
 from handout.plotting.connections import is_simulated
 from handout.plotting.jobs.store import free_name
 from handout.printing import journal, printers

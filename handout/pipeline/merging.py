@@ -28,7 +28,7 @@ from handout.merging.template import LetterTemplate
 from handout.pipeline.declarations import list_declared
 from handout.pipeline.inputs import LETTERS, decode_text, is_file, read_bytes
 from handout.pipeline.letters import LetterDocument, prepare_letter
-from handout.pipeline.options import MergeOptions, PictureOptions, SheetOptions, TableOptions, WritingOptions
+from handout.pipeline.options import MergeOptions, PictureOptions, SheetOptions, TableOptions, WritingOptions, seed_of
 from handout.pipeline.results import Listener, Tally
 from handout.pipeline.texts import INK, TextDocument, WritingTask, prepare, program
 from handout.pipeline.writing import Document
@@ -181,7 +181,7 @@ def begin_batch(
     if envelopes_to and not (merge.with_letters and merge.options.with_envelopes):
         raise InputError("--envelopes-to is for letters with envelopes: give it with --letter and --with-envelopes.")
     pages.seed = approved_seed(pages, table)
-    record = journal_of(pages, table, more, dry_run)
+    record = journal_of(pages, table, {**more, "page_name": pages.sheet.page_name}, dry_run)
     pages.seed = record.seed
     # of letters one that cannot be made keeps all others from being made; of approved pages that is known not to be
     whole = merge.with_letters and not merge.options.skip_bad and merge.options.approved is None
@@ -505,6 +505,23 @@ class RowPages:
             self._calibrations.get(hand),
             lambda path: drawing_file(drawing, path, look),
         )
+
+
+def open_rows(
+    table: str | Path,
+    options: TableOptions,
+    merge: MergeOptions,
+    how: tuple[WritingOptions, SheetOptions, PictureOptions],
+    listener: Listener,
+    wanted: frozenset[str] = INK,
+) -> RowPages:
+    """Read a table and its letter (`read_merge`); gives what writes its rows, without letters on envelopes DL.
+
+    how : rows are written, on which sheet, and look.
+    """
+    merged, (writing, sheet, picture) = read_merge(Path(table), options, merge, listener), how
+    sheet = sheet if merged.with_letters else replace(sheet, usual_page="DL")
+    return RowPages(merged, writing, sheet, picture, wanted, seed=seed_of(writing.seed))
 
 
 def _check_address(row: TableRow) -> None:

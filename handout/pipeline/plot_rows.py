@@ -20,8 +20,7 @@ import numpy as np
 from handout.errors import DoesNotFit, InputError
 from handout.merging.sheets import Grid, grid
 from handout.pipeline import merging
-from handout.pipeline.merging import MailMerge, RowPages
-from handout.pipeline.options import MergeOptions, TableOptions, seed_of
+from handout.pipeline.options import MergeOptions, TableOptions
 from handout.pipeline.plot_request import AttendanceOptions, PartOptions, PlotOptions, PlotRequest
 from handout.pipeline.plotting import (
     AtPlotter,
@@ -33,8 +32,8 @@ from handout.pipeline.plotting import (
     job_options,
     shown_pages,
 )
-from handout.pipeline.printing import BatchDelivery, make_all, rows_told
 from handout.pipeline.results import SILENT, Attendant
+from handout.pipeline.row_work import BatchDelivery, make_all
 from handout.pipeline.texts import STROKES
 from handout.plotting import bed
 from handout.plotting.dialects import dialect
@@ -87,53 +86,43 @@ def plot_rows(
     check_outputs(paths)
     ports = [port] if isinstance(port, str) else list(port or ())
     profile = asked_machine(plotting, ports[0] if ports else None)
-    pages = _pages(merging.read_merge(Path(table), rows, merge, attendant), request)
-    task, merged, shared = pages.look(), pages.merge, grid(plotting.grid, plotting.gap)
+    how = request.writing, request.sheet, request.picture
+    pages = merging.open_rows(table, rows, merge, how, attendant, STROKES)
+    task, sheet, shared = pages.look(), request.sheet, grid(plotting.grid, plotting.gap)
     _check_grid(shared, task.layout.page, profile)
-    sheet = request.sheet
     ways = {name: getattr(plotting, name) for name in ("order", "layers", "grid", "pen_up", "pen_down")}
     more = {**ways, "gap": str(plotting.gap), "margin": sheet.margin, "pages": sheet.pages, "device": profile.name}
-    rows, more = replace(rows, copies=plotting.copies), {**more, "page_name": pages.sheet.page_name}
+    rows = replace(rows, copies=plotting.copies)
     options, record = merging.begin_batch(pages, rows, more, envelopes_to=plotting.envelopes_to, dry_run=bool(paths))
     place: PlotFiles | PlotSpool | Several
-    how = job_options(replace(plotting, copies=1), profile, task.fast)
+    queues = list[PlotterQueue]()
+    job = job_options(replace(plotting, copies=1), profile, task.fast)
     if paths:
-        place = PlotFiles(shared, profile, paths, task.look, how)
+        place = PlotFiles(shared, profile, paths, task.look, job)
     else:
-        queue = partial(PlotterQueue, profile, options=how, attendance=attendance, account=account)
-        place = _plotters(shared, ports, plotting, queue, attendant)
+        queue = partial(PlotterQueue, profile, options=job, attendance=attendance, account=account)
+        place, queues = _plotters(shared, ports, plotting, queue, attendant)
     several = attendant.plotting() if isinstance(place, Several) else contextlib.nullcontext()
+    notes = [*task.given_notes, *([_PENS] if pages.merge.fields.says("pen") else [])]
     with record, place, several:
-        report, written = make_all(pages, place, options, (rows, record), drawn=True, listener=attendant)
-    notes = [*task.given_notes, *written.dropped, *([_PENS] if merged.fields.says("pen") else [])]
-    spools = [station.spool for station in place.stations] if isinstance(place, Several) else [place]
-    reports = tuple(part for spool in spools if isinstance(spool, PlotSpool) for part in spool.queue.reports)
+        made = make_all(pages, place, options, (rows, record), drawn=True, notes=notes, listener=attendant)
+    reports = tuple(part for plotter in queues for part in plotter.reports)
     times = Drawn(reports=reports).executed_facts()
     if isinstance(place, PlotFiles):
         account.write_plans(place.plans)
-        times = {"planned_s": round(place.planned_s, 2)}
-    told = {**rows_told(report, written.tally, pages, task.hand.name, notes), **times}
-    return PlottedRows(
-        tally=written.tally,
-        seed=pages.seed,
-        files=tuple(report.files),
-        told=told,
-        report=report,
-        destination=", ".join([*ports, *plotting.envelopes_to]),
-        letters=merged.with_letters,
-        reports=reports,
-        notes=tuple(notes),
-    )
+        times = {"planned_s": round(sum(planned.duration for planned in place.plans), 2)}
+    own = {"told": {**made.told, **times}, "destination": ", ".join([*ports, *plotting.envelopes_to])}
+    return PlottedRows(**{**vars(made), **own}, reports=reports)
 
 
 def _plotters(
     shared: Grid, ports: Sequence[str], plotting: PlotOptions, queue: Callable[..., PlotterQueue], attendant: Attendant
-) -> PlotSpool | Several:
+) -> tuple[PlotSpool | Several, list[PlotterQueue]]:
     """Open the plotters at these ports; of several, each is spoken of by its name, and only one asks at a time."""
     addresses = [*ports, *plotting.envelopes_to]
     if len(addresses) == 1:
         only = queue(person=AtPlotter(attendant, ports[0]))
-        return PlotSpool(shared, only.profile, only.open())
+        return PlotSpool(shared, only.profile, only.open()), [only]
     names = list[str]()
     for address in addresses:
         if address in addresses[: len(names)] and not is_simulated(address):
@@ -148,13 +137,7 @@ def _plotters(
         for each in queues:
             each.close()
         raise
-    return Several(spools[: len(ports)], spools[len(ports) :])
-
-
-def _pages(merged: MailMerge, request: PlotRequest) -> RowPages:
-    """How the pages of rows are written, as strokes."""
-    sheet = request.sheet if merged.with_letters else replace(request.sheet, usual_page="DL")
-    return RowPages(merged, request.writing, sheet, request.picture, STROKES, seed=seed_of(request.writing.seed))
+    return Several(spools[: len(ports)], spools[len(ports) :]), queues
 
 
 def _check_grid(shared: Grid, card: Page, profile: Plotter) -> None:
@@ -238,11 +221,6 @@ class PlotFiles(_Sheets):
         self._paths, self._look, self._options = paths, look, options
         self._written: tuple[Path, ...] = ()
         self.plans: list[Plan] = []
-
-    @property
-    def planned_s(self) -> float:
-        """s that plotting would take."""
-        return sum(planned.duration for planned in self.plans)
 
     def finish(self) -> None:
         """Write all sheets."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Self
@@ -14,27 +14,22 @@ from handout.calibrating import calibrated_ink
 from handout.calibrating.calibrated_ink import CalibratedInk
 from handout.calibrating.store import Calibration
 from handout.errors import InputError
-from handout.pipeline import merging, row_work
-from handout.pipeline.merging import RowAccount, RowPages
+from handout.pipeline import merging
 from handout.pipeline.options import (
     MergeOptions,
     PictureOptions,
     PrintOptions,
     SheetOptions,
-    TableOptions,
     WritingOptions,
     millimetres,
-    seed_of,
 )
-from handout.pipeline.results import SILENT, Attendant, Delivery, Listener, Tally, Told
+from handout.pipeline.results import SILENT, Attendant, Listener
+from handout.pipeline.row_work import BatchDelivery, make_all
 from handout.pipeline.texts import WritingTask, not_followed
 from handout.printing import envelope, media, printers
-from handout.printing.batch import SIMULATED, BatchOptions, PrinterWay, destinations, make_rows
+from handout.printing.batch import SIMULATED, PrinterWay, destinations
 from handout.printing.batch import RowsRefused as RowsRefused
-from handout.printing.journal import Journal
-from handout.printing.prepared import Destination
 from handout.printing.queue import Say
-from handout.printing.rows import name_rows
 from handout.printing.sending import PrintingStopped as PrintingStopped
 from handout.printing.sending import Report as Report
 from handout.profiles import Length, Nudge, Printer, full
@@ -47,43 +42,6 @@ UNCALIBRATED = (
     "which may be lighter, darker or of another hue than the hand's own; handout calibrate wizard makes it match."
 )
 _MOST_NUDGE = 50.0  # mm, as in a profile
-
-
-@dataclass(frozen=True, kw_only=True)
-class BatchDelivery(Delivery):
-    """What became of a table.
-
-    destination : the queue or the printer.
-    calibration_note : a sentence on the calibration that the pages went through.
-    letters : whether there are letters, besides envelopes or alone.
-    """
-
-    report: Report
-    destination: str
-    calibration_note: str = ""
-    letters: bool = False
-
-    @property
-    def shares(self) -> str:
-        """Which rows each of several devices made; "" of one."""
-        devices = self.report.devices
-        return ", ".join(f"{name}: {name_rows(rows)}" for name, rows in devices.items()) if len(devices) > 1 else ""
-
-
-def rows_told(report: Report, tally: Tally, pages: RowPages, hand: str, notes: Sequence[str]) -> Told:
-    """What ``--json`` prints of the rows of a batch."""
-    return {
-        **tally.facts(pages.seed, hand, report.files),
-        "rows": len(report.rows),
-        "failed": [asdict(failure) for failure in report.failed],
-        "jobs": [job.name for job in report.jobs],
-        **({"devices": report.devices} if len(report.devices) > 1 else {}),
-        "warnings": list(report.warnings),
-        "before": list(report.before),
-        "unknown": [asdict(row) for row in report.unknown],
-        "columns": {**pages.merge.table.facts()},
-        **({"notes": list(notes)} if notes else {}),
-    }
 
 
 def print_(
@@ -106,22 +64,18 @@ def print_(
     """
     profiles = _printers(printing, writing_options, merge)
     profile, apart = profiles[0], _find_envelope_printers(profiles[0], printing)
-    merged = merging.read_merge(Path(table), printing, merge, attendant)
-    sheet = SheetOptions(printing.page, merge.margin, merge.pages, "A4" if merged.with_letters else "DL")
-    pages = RowPages(merged, writing_options, sheet, picture)
+    sheet = SheetOptions(printing.page, merge.margin, merge.pages)
+    pages = merging.open_rows(table, printing, merge, (writing_options, sheet, picture), attendant)
+    merged, out = pages.merge, None if printing.dry_run is None else Path(printing.dry_run)
     fed = partial(_feed_printer, profile, apart[0] if apart else profile, printing, merged.with_letters)
-    pages.seed, pages.fed = seed_of(writing_options.seed), fed
+    pages.fed = fed
     task = pages.look()
     notes = not_followed(task, ink_shown=True)
     attendant.note(*notes)
-    out = None if printing.dry_run is None else Path(printing.dry_run)
+    # unless it names the folder that a simulated printer prints into
+    dry_run = out is not None and (out.suffix != "" or bool(printing.queue) or not profile.simulated)
     options, record = merging.begin_batch(
-        pages,
-        printing,
-        {"page_name": pages.sheet.page_name},
-        envelopes_to=printing.envelopes_to,
-        out=out,
-        dry_run=out is not None and not _prints_into(out, printing),
+        pages, printing, {}, envelopes_to=printing.envelopes_to, out=out, dry_run=dry_run
     )
     calibrations = _Calibrations.choose(printing, attendant)
     pages.calibrated = calibrations.calibrate_ink
@@ -137,21 +91,12 @@ def print_(
     )
     calibrations.say_whose(ways[1], attendant)
     with record, destinations(*ways, options, pages.sheets()) as place:
-        report, account = make_all(pages, place, options, (printing, record), listener=attendant)
-    notes = [*notes, *account.dropped]
-    told = rows_told(report, account.tally, pages, task.hand.name, notes)
-    through = calibrations.calibrate_ink(task, pages.hand_of(task)) if account.tally.pages else None
-    return BatchDelivery(
-        tally=account.tally,
-        seed=pages.seed,
-        files=tuple(report.files),
-        told=told if through is None else {**told, "calibration": through.facts()},
-        report=report,
-        destination=", ".join(map(_name_place, [*profiles, *apart])),
-        calibration_note="" if through is None else through.tell_reach(),
-        letters=merged.with_letters,
-        notes=tuple(notes),
-    )
+        made = make_all(pages, place, options, (printing, record), notes=notes, listener=attendant)
+    made = replace(made, destination=", ".join(map(_name_place, [*profiles, *apart])))
+    through = calibrations.calibrate_ink(task, pages.hand_of(task)) if made.tally.pages else None
+    if through is None:
+        return made
+    return replace(made, told={**made.told, "calibration": through.facts()}, calibration_note=through.tell_reach())
 
 
 def _name_place(printer: Printer) -> str:
@@ -219,11 +164,6 @@ def _feed_printer(profile: Printer, apart: Printer, printing: PrintOptions, with
     return msgspec.structs.replace(fed, **{name: value for name, value in changes.items() if value})
 
 
-def _prints_into(out: Path, printing: PrintOptions) -> bool:
-    """Whether what a dry run names is the folder that a simulated printer prints into."""
-    return out.suffix == "" and not printing.queue and printers.resolve(printing.printer).simulated
-
-
 @dataclass(frozen=True)
 class _Calibrations:
     """The printer's calibration, if there is one and it is wanted, for each hand of a batch."""
@@ -249,24 +189,3 @@ class _Calibrations:
         if self.calibration is None:
             return None
         return CalibratedInk(self.calibration, calibrated_ink.pen_of(self.calibration, hand, say), hand, task.look.pen)
-
-
-def make_all(
-    pages: RowPages,
-    place: Destination,
-    options: BatchOptions,
-    run: tuple[TableOptions, Journal],
-    *,
-    drawn: bool = False,
-    listener: Listener,
-) -> tuple[Report, RowAccount]:
-    """Make all rows of a batch, by as many processes as its options say; see `make_rows`.
-
-    run : the options of the table, and the journal; drawn : see `row_work.RowWork`.
-    """
-    (table, record), account = run, RowAccount()
-    work = row_work.row_work(pages, place.prepare, drawn)
-    with row_work.open_workers(work, table.jobs, table.cluster, listener.say) as made:
-        make, check = (row_work.count_made(made, account, listener.say, check) for check in (False, True))
-        table_rows = pages.merge.table
-        return make_rows(table_rows, make, place, options, record, tell=listener.progress, check=check), account

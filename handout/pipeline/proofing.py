@@ -25,7 +25,7 @@ from handout.errors import InputError
 from handout.inking.papers import lay_ink
 from handout.pipeline import merging, plotting
 from handout.pipeline.merging import AT_EDGE, OUT_OF_REACH, WARNED, PageFinding, RowPages
-from handout.pipeline.options import MergeOptions, PictureOptions, ProofOptions, SheetOptions, WritingOptions, seed_of
+from handout.pipeline.options import MergeOptions, PictureOptions, ProofOptions, SheetOptions, WritingOptions
 from handout.pipeline.results import SILENT, Delivery, Facts, Listener, Told
 from handout.plotting import plan
 from handout.printing import media, printers
@@ -168,15 +168,13 @@ def proof(
     paths = [Path(name) for name in outputs]
     record, machine = _check_options(paths, options)
     at = prices(machine, options.prices)
-    merged = merging.read_merge(Path(table), options, merge, listener)
-    usual = "DL" if not merged.with_letters else "A5" if isinstance(machine, Plotter) else "A4"
-    sheet = SheetOptions(options.page, merge.margin, merge.pages, usual)
-    pages = RowPages(merged, writing, sheet, picture, seed=seed_of(writing.seed))
+    sheet = SheetOptions(options.page, merge.margin, merge.pages, "A5" if isinstance(machine, Plotter) else "A4")
+    pages = merging.open_rows(table, options, merge, (writing, sheet, picture), listener)
     hand = pages.look().hand.name
     if isinstance(machine, Printer):
         pages.fed = partial(media.printer_for, profile=machine)
     made = _Made(pages, machine, at)
-    rows = select(merged.table, options.rows)
+    rows = select(pages.merge.table, options.rows)
     for number, row in enumerate(rows):
         listener.progress(number / len(rows), f"proof {number}/{len(rows)}")
         made.take(row)
@@ -194,7 +192,7 @@ def proof(
         "ink_cm2": round(made.spent.covered / 100, 2),
         **({} if made.machine_s is None else {"machine_s": round(made.machine_s, 1)}),
         "cost": made.costs.facts(),
-        "columns": {**merged.table.facts()},
+        "columns": {**pages.merge.table.facts()},
         **({"notes": list(notes)} if notes else {}),
     }
     told_of: dict[str, Any] = {"tally": tally, "seed": pages.seed, "files": files, "told": told, "notes": notes}

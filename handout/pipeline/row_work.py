@@ -22,8 +22,8 @@ from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import CancelledError, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
-from dataclasses import dataclass, field
-from functools import lru_cache
+from dataclasses import asdict, dataclass, field
+from functools import lru_cache, partial
 from importlib import import_module
 from pathlib import Path
 from typing import Any, Self
@@ -32,9 +32,14 @@ from handout.errors import HandoutError, InputError
 from handout.hand import library
 from handout.networks import one_thread
 from handout.pipeline.merging import RowAccount, RowPages
+from handout.pipeline.options import TableOptions
+from handout.pipeline.results import Delivery, Listener
 from handout.pipeline.texts import program
-from handout.printing.prepared import MakeRows, Prepare, PreparedRow, prepare_row
-from handout.printing.rows import TableRow
+from handout.printing.batch import BatchOptions, make_rows
+from handout.printing.journal import Journal
+from handout.printing.prepared import Destination, Prepare, PreparedRow, prepare_row
+from handout.printing.rows import TableRow, name_rows
+from handout.printing.sending import Report
 
 AHEAD = 2  # rows begun for every process: one that it makes, one that waits for it
 _MOST_LOST = 5  # times that processes are lost while one row is waited for: then the row is to blame, or the machine
@@ -378,15 +383,64 @@ def _make_row(row: TableRow, check: bool) -> MadeRow:
     return made_from(_work, row, check)
 
 
-def count_made(
-    workers: RowWork | Remote, account: RowAccount, say: Callable[..., object], check: bool = False
-) -> MakeRows:
-    """Make rows and count them in an account; what is to be said of them is said once."""
+@dataclass(frozen=True, kw_only=True)
+class BatchDelivery(Delivery):
+    """What became of a table.
 
-    def make_each(rows: Iterable[TableRow]) -> Iterator[PreparedRow]:
-        for made in workers.make_each(rows, check):
-            if new := account.add(made.account):
-                say(*new)
-            yield made.row
+    destination : the queue, the printer or the plotter.
+    calibration_note : a sentence on the calibration that the pages went through.
+    letters : whether there are letters, besides envelopes or alone.
+    """
 
-    return make_each
+    report: Report
+    destination: str = ""
+    calibration_note: str = ""
+    letters: bool = False
+
+    @property
+    def shares(self) -> str:
+        """Which rows each of several devices made; "" of one."""
+        devices = self.report.devices
+        return ", ".join(f"{name}: {name_rows(rows)}" for name, rows in devices.items()) if len(devices) > 1 else ""
+
+
+def make_all(
+    pages: RowPages,
+    place: Destination,
+    options: BatchOptions,
+    run: tuple[TableOptions, Journal],
+    *,
+    drawn: bool = False,
+    notes: Sequence[str] = (),
+    listener: Listener,
+) -> BatchDelivery:
+    """Make all rows of a batch, by as many processes as its options say; see `make_rows`.
+
+    run : the options of the table, and the journal; drawn : see `RowWork`; notes : on all rows, made before.
+    """
+    (table, record), account, merge = run, RowAccount(), pages.merge
+
+    def count_made(check: bool, rows: Iterable[TableRow]) -> Iterator[PreparedRow]:
+        for row in workers.make_each(rows, check):
+            if new := account.add(row.account):  # what is to be said of several is said once
+                listener.say(*new)
+            yield row.row
+
+    with open_workers(row_work(pages, place.prepare, drawn), table.jobs, table.cluster, listener.say) as workers:
+        make, check = partial(count_made, False), partial(count_made, True)
+        report = make_rows(merge.table, make, place, options, record, tell=listener.progress, check=check)
+    notes = [*notes, *account.dropped]
+    told = {
+        **account.tally.facts(pages.seed, pages.look().hand.name, report.files),
+        "rows": len(report.rows),
+        "failed": [asdict(failure) for failure in report.failed],
+        "jobs": [job.name for job in report.jobs],
+        **({"devices": report.devices} if len(report.devices) > 1 else {}),
+        "warnings": list(report.warnings),
+        "before": list(report.before),
+        "unknown": [asdict(row) for row in report.unknown],
+        "columns": {**merge.table.facts()},
+        **({"notes": notes} if notes else {}),
+    }
+    counted: dict[str, Any] = {"tally": account.tally, "seed": pages.seed, "files": tuple(report.files), "told": told}
+    return BatchDelivery(**counted, report=report, letters=merge.with_letters, notes=tuple(notes))

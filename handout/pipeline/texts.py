@@ -115,9 +115,10 @@ def prepare(
     hand = library.find(writing.hand) if isinstance(writing.hand, str) else writing.hand
     hand, behind = hand.with_language(writing.language).with_haste(writing.haste), tuple[str, ...]()
     if hand.pages is not None and isinstance(writing.hand, str):
+        from handout.hand.file import tell_foreign
         from handout.hand.pending import untaken
 
-        behind = untaken(writing.hand)
+        behind = (*untaken(writing.hand), *filter(None, [tell_foreign(hand)]))
     hand, behind = _wish_legible(hand, writing.legible, behind)
     paper = page(name)
     layout = Layout(

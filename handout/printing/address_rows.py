@@ -181,17 +181,13 @@ def _foreign_roles(kind: str, cells: Sequence[Cell], columns: Sequence[Column]) 
 def _check_single(number: int, chosen: Sequence[Cell]) -> None:
     for role in _SINGLE:
         several = [cell for cell in chosen if cell.role == role]
-        if len({_normalise_cell(cell) for cell in several}) > 1:
+        found = ((cell, address.find(cell.text) if role == "country" else None) for cell in several)
+        if len({country.code if country else normalise(cell.text) for cell, country in found}) > 1:
             both = " and ".join(f"{cell.column.name} ({cell.text!r})" for cell in several)
             raise TableError(
                 f"row {number}: the columns {both} both hold the {_CALLED.get(role, role)}, and differ: leave one out, "
                 f'such as --columns "none={several[-1].column.header}".'
             )
-
-
-def _normalise_cell(cell: Cell) -> str:
-    country = address.find(cell.text) if cell.role == "country" else None
-    return country.code if country else normalise(cell.text)
 
 
 def _collect_fields(chosen: Sequence[Cell]) -> dict[str, list[str]]:

@@ -1,6 +1,6 @@
 """Contacts files (vCard 3.0 and 4.0), as address books and phones give them: names and addresses become a table.
 
-Source: RFC 2426; RFC 6350.
+Source: RFC 2426; RFC 6350, §3.4 for what a backslash escapes.
 """
 
 from __future__ import annotations
@@ -18,7 +18,6 @@ _NAME, _ADDRESS = (3, 1, 2, 0, 4), (6, 7, 8, 9, 10, 11, 12)  # the columns of th
 _LAST, _COMPANY = 3, 5
 _LINE = re.compile(r'(?:[\w-]+\.)?(?P<name>[\w-]+)(?P<more>(?:;(?:[^":;]|"[^"]*")*)*):(?P<value>.*)')
 _QUIET = frozenset({"VERSION", "FN", "PRODID", "UID", "REV", "KIND", "SORT-STRING", "NAME", "PROFILE"})
-_ESCAPED = re.compile(r"\\(.)")
 
 
 @dataclass(frozen=True)
@@ -80,7 +79,7 @@ def _read_card(card: Sequence[_Property]) -> tuple[list[str], list[str]]:
 def _cards(text: str) -> Iterator[list[_Property]]:
     """The properties of each card; lines that go on are one, and a value is cut at its semicolons."""
     card: list[_Property] | None = None
-    for number, line in enumerate(re.sub(r"\r?\n[ \t]", "", text).splitlines(), 1):
+    for number, line in enumerate(re.split(r"\r\n?|\n", re.sub(r"\r?\n[ \t]", "", text)), 1):
         match = _LINE.fullmatch(line.strip())
         name = match["name"].upper() if match else ""
         if name == "BEGIN":
@@ -89,15 +88,19 @@ def _cards(text: str) -> Iterator[list[_Property]]:
             yield card
             card = None
         elif match and card is not None:
-            parts = re.split(r"(?<!\\);", match["value"]) if name != "FN" else [match["value"]]
-            card.append(_Property(name, match["more"], tuple(read_part(part) for part in parts)))
+            card.append(_Property(name, match["more"], _split_value(match["value"], ";" if name != "FN" else "")))
         elif line.strip():
             raise TableError(f"line {number} is no line of a contacts file: {line.strip()[:40]!r}.")
     if card is not None:
         raise TableError("the last card is not closed: the file is not whole.")
 
 
-def read_part(part: str) -> str:
-    """A part of a value without the marks that keep commas and line ends in it; several values stand in one cell."""
-    plain = re.sub(r"(?<!\\),", " ", part)
-    return " ".join(_ESCAPED.sub(lambda mark: " " if mark[1] in "nN" else mark[1], plain).split())
+def _split_value(value: str, mark: str) -> tuple[str, ...]:
+    """The parts between the marks that nothing escapes, plain; several values of a part stand in one cell."""
+    parts = [""]
+    for sign in re.findall(r"\\?.", value):  # in the order of the text: a backslash may itself be escaped
+        if sign == mark:
+            parts.append("")
+        else:
+            parts[-1] += " " if sign in (",", "\\n", "\\N") else sign[-1]
+    return tuple(" ".join(part.split()) for part in parts)

@@ -72,6 +72,18 @@ def test_the_same_seed_makes_the_same_letters_and_none_of_the_hand_is_touched(sm
     assert completed.glyphs[: len(small_hand.glyphs)] == small_hand.glyphs
 
 
+@pytest.mark.slow
+def test_a_form_that_is_drawn_otherwise_since_is_bent_anew(small_hand, monkeypatch):
+    meant = manner.WritingManner(small_hand)
+    forms = ways._forms()
+    monkeypatch.setattr(ways, "_forms", lambda: {**forms, "n": forms["m"], "e": forms["e"][:1]})
+    ways.way.cache_clear()
+    again = manner.WritingManner(small_hand)
+    best = again.likeliest("Q")
+    ways.way.cache_clear()
+    assert again.letters == meant.letters and best is not None and np.isfinite(best[1]).all()
+
+
 def test_a_hand_with_hardly_any_letters_is_lent_a_drawn_form_and_that_is_said(small_hand):
     few = replace(
         small_hand, glyphs=tuple(replace(g, letter=g.letter if g.letter in "en" else "") for g in small_hand.glyphs)

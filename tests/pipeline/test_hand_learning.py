@@ -1,5 +1,6 @@
 """What is worked out of a hand is kept beside it, so that the next text need not wait for it."""
 
+import re
 from unittest.mock import patch
 
 import pytest
@@ -8,8 +9,10 @@ from handout import atomic
 from handout.errors import InputError
 from handout.hand import file, learnt, library
 from handout.hand.learnt import is_kept, recall
+from handout.hand.measures import ink_colours
 from handout.pipeline.hand_learning import keep_beside
-from handout.pipeline.options import WritingOptions
+from handout.pipeline.options import PictureOptions, SheetOptions, WritingOptions
+from handout.pipeline.texts import prepare
 from handout.pipeline.writing import write
 from handout.writing.legibility import VERSION
 
@@ -68,6 +71,31 @@ def test_what_lies_beside_counts_for_this_hand_alone(own, small_hand, monkeypatc
 
     file.save(replace(small_hand, glyphs=fewer), own)
     assert thirds() is None
+
+
+def test_a_file_of_somebody_else_beside_a_hand_stays_and_is_told(own):
+    beside, hand = own.with_suffix(".learnt"), file.load(own)
+    beside.write_text("what I learnt this week")
+    learnt.learnt(hand, "thirds", 1, 1, lambda: [1 / 3])
+    with pytest.raises(InputError, match="was not made by handout and stays"):
+        file.keep_beside(hand, learnt.known_values(hand))
+    assert beside.read_text() == "what I learnt this week"
+    (note,) = prepare(WritingOptions(str(own)), SheetOptions(), PictureOptions()).given_notes
+    assert note.startswith(str(beside))
+
+
+@pytest.mark.parametrize("wild", ["1e300", "-1e300", "9007199254740994"])
+def test_figures_that_nobody_worked_out_are_worked_out_anew(own, wild):
+    """Whole numbers are made of some, which would overflow."""
+    hand = file.load(own)
+    meant = ink_colours(hand)
+    file.keep_beside(hand, learnt.known_values(hand))
+    beside = own.with_suffix(".learnt")
+    kept = re.sub(r'("inks \d+":\[\d+,)\d+', rf"\g<1>{wild}", beside.read_text())
+    assert wild in kept
+    beside.write_text(kept)
+    again = file.load(own)
+    assert ink_colours(again).colours == meant.colours and not is_kept(again)
 
 
 def test_hands_of_no_file_and_those_that_ship_keep_nothing_beside(small_hand):

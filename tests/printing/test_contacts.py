@@ -1,5 +1,7 @@
 """Contacts of phones and address books as tables."""
 
+import re
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -51,6 +53,18 @@ def test_names_and_addresses_are_read_and_the_rest_is_told(tmp_path):
 def test_what_is_no_contacts_file_is_said(text, says):
     with pytest.raises(TableError, match=says):
         read_contacts(text)
+
+
+PART = st.text(st.sampled_from('\\\\;,n:\n "éA\u2028') | st.characters(exclude_categories=["Cc", "Cs"]), max_size=12)
+
+
+@given(st.lists(PART.filter(str.strip), min_size=7, max_size=7))
+def test_what_is_escaped_comes_back(parts):
+    """RFC 6350, §3.4: of a backslash, a comma, a semicolon and a line end in a part."""
+    escaped = [re.sub(r"([\\\\,;])", r"\\\1", part).replace("\n", "\\n") for part in parts]
+    text = f"BEGIN:VCARD\r\nVERSION:4.0\r\nADR:{';'.join(escaped)}\r\nEND:VCARD\r\n"
+    (_, row), _ = read_contacts(text)
+    assert row == [" ".join(part.split()) for part in parts]
 
 
 @given(st.text(alphabet='ADRN:;,\\=\n\r "éPREF.', max_size=200))
