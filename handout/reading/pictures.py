@@ -1,7 +1,7 @@
 """Reads words as pictures: what stands there, letter by letter, and how likely it is what it should be.
 
 A small convolutional network gives the posteriors of letters for every second column of word space; `ctc` makes texts
-of them.  It sees a letter and half of its neighbours and knows no words, so that "loocs" is read as that.  Letters
+of them.  It sees a letter and its neighbours and knows no words, so that "loocs" is read as that.  Letters
 that nobody tells apart without the word around them (l, I and 1; s and S) count as one where a text is judged.
 
 Source: own method; the network learned from drawn hands, fonts, and lines of 63 people (`training.picture_reader`).

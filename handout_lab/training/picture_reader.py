@@ -43,7 +43,7 @@ class Recipe:
 
     stem : channels of the three layers that see rows and halve them; added : layers after each that add to it.
     across : channels of the layers that see columns alone.
-    dilations : of the latter, columns: a letter and its neighbours are seen, where writing is broad half of them.
+    dilations : of the latter, columns: a letter and its neighbours are seen, hardly ever a word.
     batch : pictures of usual width, or as much of wider ones.
     rate : highest learning rate; warm : share of the batches in which it rises.
     memory : share of the mean of the weights, which is what is kept, that stays from one batch to the next.
@@ -175,7 +175,12 @@ def with_words_apart(lines: Words, reader: Reader, rng: np.random.Generator) -> 
             borders = ctc.alignment(reading.grouped[0], reading.labels(text)) * STEP - MARGIN
             middles = borders.mean(axis=1).astype(int).tolist()
             firsts = np.cumsum([len(word) + 1 for word in words[:-1]]).tolist()
-            ends = [_gap(picture, middles[first - 2], middles[first]) for first in firsts]
+            ends: list[int | None] = []
+            for first in firsts:
+                left, right = max(middles[first - 2], 0), middles[first]
+                bare = np.flatnonzero(picture[:, left:right].max(axis=0, initial=0) < _BARE)
+                widest = max(np.split(bare, np.flatnonzero(np.diff(bare) > 1) + 1), key=len)
+                ends.append(left + int(widest[len(widest) // 2]) if len(widest) >= _APART else None)
             begin = 0
             for last, end in enumerate([*ends, picture.shape[1]]):
                 if end is not None and (last + 1 == len(words) or last - begin + 1 >= rng.integers(1, 4)):
@@ -188,14 +193,6 @@ def with_words_apart(lines: Words, reader: Reader, rng: np.random.Generator) -> 
             sources.append(lines.sources[number])
     ends_of = np.cumsum([piece.shape[1] for piece in pictures], dtype=np.intp)
     return Words(np.hstack(pictures), ends_of, tuple(texts), tuple(sources))
-
-
-def _gap(picture: NDArray[np.uint8], left: int, right: int) -> int | None:
-    """The middle of the widest stretch of paper between two columns, or None where there is none to speak of."""
-    bare = np.flatnonzero(picture[:, max(left, 0) : right].max(axis=0, initial=0) < _BARE)
-    runs = np.split(bare, np.flatnonzero(np.diff(bare) > 1) + 1)
-    widest = max(runs, key=len)
-    return max(left, 0) + int(widest[len(widest) // 2]) if len(widest) >= _APART else None
 
 
 def batches(words: Words, columns: int, rng: np.random.Generator) -> Iterator[NDArray[np.intp]]:
