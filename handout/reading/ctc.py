@@ -105,19 +105,15 @@ def edits(log_posteriors: Array, labels: Sequence[int]) -> Array:
     # states of the blank and of the letter before what is new, and after it
     blank, letter, blank_on, letter_on = at - is_letter, at - 1 - is_letter, at + is_letter, at + 1 + is_letter
     first, last = letter < 0, letter_on >= count
+    # from what was read of the text before each step, and to what is read after it: by way of the blank, or of both;
     # a neighbour that equals what is new is parted from it by a blank
-    padded = np.append(states, -1)
-    unlike, unlike_on = (
-        np.arange(classes) != np.where(none, -1, padded[np.clip(near, 0, count)])[:, None]
-        for near, none in ((letter, first), (letter_on, last))
-    )
-    # from what was read of the text before each step, and to what is read after it: by way of the blank, or of both
-    come, go = ahead[:-1][:, blank], behind[1:][:, blank_on]
-    near, near_on = ahead[:-1][:, np.maximum(letter, 0)], behind[1:][:, np.minimum(letter_on, count - 1)]
-    enter, leave = (
-        np.where(other, np.logaddexp(by_blank, np.where(none, _NEVER, by_letter))[..., None], by_blank[..., None])
-        for other, by_blank, none, by_letter in ((unlike, come, first, near), (unlike_on, go, last, near_on))
-    )
+    ways = list[Array]()
+    for there, parting, near, none in ((ahead[:-1], blank, letter, first), (behind[1:], blank_on, letter_on, last)):
+        at = np.clip(near, 0, count - 1)
+        unlike = np.arange(classes) != np.where(none, -1, states[at])[:, None]
+        either = np.logaddexp(there[:, parting], np.where(none, _NEVER, there[:, at]))
+        ways.append(np.where(unlike, either[..., None], there[:, parting][..., None]))
+    enter, leave = ways
     runs = np.empty((len(log_posteriors), count, classes))
     runs[0] = np.where(first, 0.0, _NEVER)[:, None] + log_posteriors[0]
     for step, row in enumerate(log_posteriors[1:]):
@@ -240,8 +236,7 @@ def _skips(states: Indices) -> Array:
 
 def _forward(seen: Array, skips: Array) -> Array:
     """(n, …, states): log probability of the steps so far, over all ways that end in each state (skips: …, states)."""
-    # with two states before the first that no way goes through
-    score = np.full((*seen.shape[:-1], seen.shape[-1] + 2), _NEVER)
+    score = np.full((*seen.shape[:-1], seen.shape[-1] + 2), _NEVER)  # two states more, before the first: closed
     score[0, ..., 2:4] = seen[0, ..., :2]
     closed = np.where(skips, 0.0, _NEVER)
     for before, now, row in zip(score[:-1], score[1:], seen[1:], strict=True):
