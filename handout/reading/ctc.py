@@ -122,7 +122,7 @@ def edits(log_posteriors: Array, labels: Sequence[int]) -> Array:
     runs[-1] += np.where(last, 0.0, _NEVER)[:, None]
     most = np.maximum(runs.max(axis=0), np.finfo(np.float64).min)
     with np.errstate(divide="ignore"):  # of texts that are too long for the steps
-        total = most + np.log(np.exp(runs - most).sum(axis=0))
+        total: Array = most + np.log(np.exp(runs - most).sum(axis=0))
     total[::2, BLANK] = _NEVER
     total[1::2, BLANK] = [_probability_without(k, labels, ahead, behind) for k in range(len(labels))]
     return total
