@@ -169,11 +169,11 @@ def _wish_legible(
         return hand, notes
     if hand.pages is None:
         return hand, (*notes, f"--legible: {hand.name} is a drawn hand, as legible as it was drawn.")
-    from handout.pipeline.hand_learning import keep_beside
+    from handout.pipeline.hand_learning import learn_beside
     from handout.writing.legibility import misreadings, prefer_legible
 
     misreadings(hand)  # so that what is worked out is kept of the hand as it is, not as it is wished
-    keep_beside(hand)
+    learn_beside(hand)
     return prefer_legible(hand, wish), notes
 
 
@@ -459,9 +459,9 @@ def draw(
 ) -> Drawing:
     """Draw a page as timed strokes or scanned ink (`wanted`: see `TextDocument.draw`), with what outputs keep."""
     if task.hand.pages is not None:
-        from handout.pipeline.hand_learning import keep_beside
+        from handout.pipeline.hand_learning import learn_beside
 
-        keep_beside(task.hand.author or task.hand)
+        learn_beside(task.hand.author or task.hand)
     drawing = Drawing((), page.page, {})
     if task.hand.pages is None or task.traced or wanted & STROKES:
         from handout.motion.trace import trace
