@@ -24,9 +24,10 @@ from handout.colour.models.forward import Patches
 from handout.colour.reading import read_scans
 from handout.colour.reading.scan_files import ChartScan
 from handout.colour.table import ColourTable, apply, build
+from handout.simulated.flatbed import Flatbed
 from handout.simulated.printer import Inkjet
-from handout.simulated.scanner import Flatbed
 from handout.values import Array, Raster
+from handout_lab.author.worn_flatbed import WornFlatbed
 from handout_lab.offset_press import Measured
 
 Printer = Callable[[Array], Array]
@@ -92,8 +93,8 @@ def whole_way() -> None:
     for name, flatbed, dpi in (
         ("300 dpi, 8 bit", Flatbed(), 300),
         ("300 dpi, 16 bit", Flatbed(bits=16), 300),
-        ("150 dpi, JPEG 80", Flatbed(jpeg=80), 150),
-        ("200 dpi, uneven, flare", Flatbed(shading=0.05, flare=0.02), 200),
+        ("150 dpi, JPEG 80", WornFlatbed(jpeg=80), 150),
+        ("200 dpi, uneven, flare", WornFlatbed(shading=0.05, flare=0.02), 200),
     ):
         picture = flatbed.scan(sheet, dpi, np.random.default_rng(5))
         begin = time.process_time()

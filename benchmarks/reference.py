@@ -29,9 +29,8 @@ from handout.inking.pen import rgb, usual
 from handout.motion.trace import trace
 from handout.page_sizes import page
 from handout.simulated import print_and_scan, printer, spectra
-from handout.simulated.flatbed import SETTINGS
+from handout.simulated.flatbed import SETTINGS, Flatbed
 from handout.simulated.printer import Inkjet
-from handout.simulated.scanner import Flatbed
 from handout.simulated.spectra import SimulatedSheet, WrittenSheet
 from handout.values import Array, Raster
 from handout.writing.compose import compose

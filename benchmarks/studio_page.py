@@ -2,7 +2,7 @@
 
 In Chromium, without a window: ms from the request until the first content is painted and kB of script that were
 fetched, of each page that is opened anew; then, on Write, medians, ms, of a letter that is typed behind a card and
-behind three pages, until the page that it belongs to is painted.  The page itself waits 120 to 700 ms after a key.
+behind three pages, until the page that it belongs to is painted.  Pages are those that are typed on.
 Needs playwright, and a Chromium that it finds.
 """
 

@@ -25,7 +25,7 @@ from handout.errors import InputError
 from handout.prompting.sheet_layout import PAPERS
 from handout.scanning.pdf_pages import drawn_page
 from handout.simulated.printer import Inkjet
-from handout.simulated.scanner import Flatbed
+from handout_lab.author.worn_flatbed import WornFlatbed
 from handout_lab.study import answers, design, participant, scoring, sheets
 from handout_lab.study.design import Key, Person, Snippet
 from handout_lab.study.figure import figure
@@ -62,11 +62,11 @@ def scribbles(count: int, rng: np.random.Generator) -> list[Picture]:
     return found
 
 
-def scanner(rng: np.random.Generator, often: tuple[float, float, float] = OFTEN) -> tuple[Flatbed, float]:
+def scanner(rng: np.random.Generator, often: tuple[float, float, float] = OFTEN) -> tuple[WornFlatbed, float]:
     """A flatbed with faults of its own, and its resolution; `often`: shares of 150, 200 and 300 dpi."""
     dpi = float(rng.choice([150, 200, 300], p=often))
     turned = float(rng.choice([0, np.pi / 2, np.pi, -np.pi / 2], p=[0.6, 0.1, 0.2, 0.1]) + rng.normal(0, 0.02))
-    bed = Flatbed(
+    bed = WornFlatbed(
         gamma=float(rng.uniform(1.8, 2.4)), blur=float(rng.uniform(0.03, 0.08)), noise=float(rng.uniform(0.002, 0.015)),
         shading=float(rng.uniform(0, 0.15)), rotation=turned, slack=2.0, border=float(rng.uniform(3, 12)),
         lid=float(rng.uniform(0.2, 0.95)), warp=float(rng.choice([0, 0.3, 0.8])), dust=float(rng.choice([0, 3, 12])),

@@ -16,8 +16,8 @@ from handout.plotting import fit_to_bed, observation, open_port, plan, run
 from handout.plotting.dialects import dialect
 from handout.printing import media, printers
 from handout.simulated import print_and_scan
+from handout.simulated.flatbed import Flatbed
 from handout.simulated.printer import Inkjet
-from handout.simulated.scanner import Flatbed
 from handout.sinks import picture_pdf
 from handout.values import Page
 
@@ -212,9 +212,11 @@ def keys(kind, inside=""):
         tables = [
             t for t in (field.type, *get_args(field.type)) if isinstance(t, type) and issubclass(t, msgspec.Struct)
         ]
+        if field.name in ("name", "laid"):  # they are not set in a file
+            continue
         if tables:
             yield from keys(tables[0], f"{inside}{field.name}.")
-        elif field.name != "name":
+        else:
             yield inside + field.name
 
 

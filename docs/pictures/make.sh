@@ -80,7 +80,7 @@ def printed_and_scanned(paper):
     """An address on a paper of the simulated printer: as it should look, printed as it is, printed through the table."""
     import numpy as np
     from handout.simulated.print_and_scan import make_loop
-    from handout.simulated.scanner import Flatbed
+    from handout.simulated.flatbed import Flatbed
     from handout.profiles import find
 
     loop = make_loop(find("sim", "printer"), paper)

@@ -15,7 +15,6 @@ from handout.pipeline.declarations import argument, bundle, option, output
 from handout.pipeline.options import PictureOptions, PromptOptions, ReadingOptions, WritingOptions
 
 if TYPE_CHECKING:
-    from handout.pipeline.hands import ReadHand
     from handout.pipeline.results import Told
 
 _NAMED = 8  # letters that changed and are named; the others are in the JSON
@@ -100,10 +99,6 @@ def read_hand(
 
     with console.working():
         result = hands.read(name, scans, texts, output, reading, inks=inks, listener=console)
-    console.report(result, _sentence(result))
-
-
-def _sentence(result: ReadHand) -> str:
     hand, path, doubtful = result.hand, result.files[0], len(result.told["doubtful"])
     missing = sum(len(page["missing"]) for page in result.told["found"])
     sentence = (
@@ -112,7 +107,7 @@ def _sentence(result: ReadHand) -> str:
     )
     if doubtful + missing > (1 - _LEAST_SURE) * len(hand.glyphs):
         sentence += f" Many are doubtful: look at them with `handout hand check {path} -o overlay.png`."
-    return sentence
+    console.report(result, sentence)
 
 
 @command.group("signature")

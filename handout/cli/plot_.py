@@ -130,13 +130,18 @@ def command(
     check_outputs(mode.dry_run)
     source = read_source(text, mode.file, console, given_names(), svg_text=drawing.svg_text)
     request = replace(request, source=source)
-    if mode.dry_run:
-        _preview(request, mode, console)
-    elif port:
-        from handout.pipeline.plotting import plot
+    from handout.pipeline.plotting import plot, preview
 
+    if port and not mode.dry_run:
         result = plot(request, port, mode.attendance, attendant=console)
         console.report(result, sentences.tell_plotted(result))
+        return None
+    travel, report = mode.show_travel, mode.attendance.report
+    with console.working():
+        shown = preview(request, mode.dry_run, show_travel=travel, report=report, port=port, listener=console)
+    took = f"plotting would take {units.duration(shown.told['planned_s'])}{sentences.tell_hooks(shown.told)}"
+    lent = sentences.tell_letters(shown.tally)
+    console.report(shown, f"Wrote {sentences.names(shown.files)}; {took}; seed {shown.seed}.{lent}")
     return None
 
 
@@ -183,20 +188,6 @@ def _plot_rows(
     lent = sentences.tell_letters(result.tally)
     console.report(result, f"{sentence}{lent}\n{result.fidelity}".strip())
     return result.report.exit_code
-
-
-def _preview(request: PlotRequest, mode: _PlotMode, console: Console) -> None:
-    """--dry-run."""
-    from handout.pipeline.plotting import preview
-
-    travel, report = mode.show_travel, mode.attendance.report
-    with console.working():
-        result = preview(request, mode.dry_run, show_travel=travel, report=report, port=mode.port, listener=console)
-    took = f"plotting would take {units.duration(result.told['planned_s'])}{sentences.tell_hooks(result.told)}"
-    console.report(
-        result,
-        f"Wrote {sentences.names(result.files)}; {took}; seed {result.seed}.{sentences.tell_letters(result.tally)}",
-    )
 
 
 def _check_kept(text: tuple[str, ...], allowed: Collection[str], known: str, why: str) -> None:

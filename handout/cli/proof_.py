@@ -20,9 +20,7 @@ def command(
     console: Console,
     table: Path,
     output: tuple[Path, ...] = option((), "proof.html or proof.pdf.", FILES, flags=("--output", "-o")),
-    proofing: ProofOptions = bundle(
-        ProofOptions(), leave_out=("copies", "resume", "again", "afresh", "jobs", "cluster")
-    ),
+    proofing: ProofOptions = bundle(ProofOptions(), leave_out=("copies", "resume", "again", "afresh")),
     merge: MergeOptions = MergeOptions(),
     writing: WritingOptions = WritingOptions(),
     picture: PictureOptions = PictureOptions(),

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from handout.pipeline.plotting import Plotted
 
 _MOST_NAMED = 12  # words that a sentence lists
+_MANY = 20  # characters: where more than one word in so many is a guess of its order, that is said
 _LONGEST_TEX = 60  # characters of a formula that is named
 
 
@@ -40,7 +41,14 @@ def tell_letters(tally: Tally) -> str:
         formulas = (
             f" Taken as {'a formula:' if count == 1 else f'{count} formulas, the first'} {first}; \\$ is the sign."
         )
-    return f"{tell_lent(tally)}{tell_doubts(tally)}{tell_slips(tally)}{formulas}"
+    order, guessed = "", len(tally.order)
+    if _MANY * guessed > tally.characters:
+        order = (
+            f" The ink does not tell the order of the strokes in {units.count(guessed, 'word')}, among them "
+            f"{tally.order[0]['word']}: it is guessed; say in the studio, letter by letter, how one is written, and "
+            "its like follow."
+        )
+    return f"{tell_lent(tally)}{tell_doubts(tally)}{tell_slips(tally)}{order}{formulas}"
 
 
 def tell_lent(tally: Tally) -> str:

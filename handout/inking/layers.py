@@ -148,12 +148,8 @@ def _shared_vertices(layer: GlyphLayer, other: GlyphLayer) -> _Mask:
 
 def _ending(layer: GlyphLayer) -> _Mask:
     """Vertices (n,) where lines end, and those just before."""
-    from scipy.spatial import cKDTree
-
-    if not layer.loose.any():
-        return layer.loose
-    away, _ = cKDTree(layer.xy[layer.loose]).query(layer.xy)
-    return np.asarray(away <= _ENDING * layer.radius)
+    away = ((layer.xy[:, None] - layer.xy[layer.loose]) ** 2).sum(axis=2)
+    return np.asarray(away.min(axis=1, initial=np.inf) <= (_ENDING * layer.radius) ** 2)
 
 
 def _part(near: NDArray[np.int32], vertices: _Mask) -> _Mask:

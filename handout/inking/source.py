@@ -108,12 +108,13 @@ class InkSource:
     def _vertices(self, box: Box, uv: Array) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
         """Numbers of the page's vertices in a box: those on the line, and the others."""
         away, at = self._vertex_at(uv)
-        mine = np.unique(at[away < _OWN])
+        own = np.zeros(len(self.radius), dtype=bool)
+        own[at[away < _OWN]] = True
         left, top, right, bottom = box
         order, x = self._by_x
         near = order[np.searchsorted(x, left, side="right") : np.searchsorted(x, right - 1)]
         y = self.page.graph.uv[near, 1]
-        return mine, np.setdiff1d(near[(y > top) & (y < bottom - 1)], mine, assume_unique=True)
+        return np.flatnonzero(own), near[(y > top) & (y < bottom - 1) & ~own[near]]
 
     def _find_own_share(self, box: Box, mine: NDArray[np.intp], others: NDArray[np.intp]) -> _Pixels:
         """(h, w) 0–1: 1 at pixels nearer to the glyph's line than to other lines, with a soft edge around them.
@@ -130,9 +131,9 @@ class InkSource:
         u, v = np.clip(np.rint(self.page.graph.uv[every] - corner).astype(np.intp), 0, np.array(size[::-1]) - 1).T
         owner[v, u], number[v, u] = 0, np.arange(len(every))
         _, label = cv2.distanceTransformWithLabels(owner, cv2.DIST_L2, 5, labelType=cv2.DIST_LABEL_PIXEL)
-        at = np.zeros(int(label.max()) + 1, dtype=np.int32)
-        at[label[v, u]] = number[v, u]
-        share = (at[label] >= len(others)).astype(np.float32)
+        own = np.zeros(int(label.max()) + 1, dtype=np.float32)
+        own[label[v, u]] = number[v, u] >= len(others)
+        share = np.asarray(own[label])
         # the glyph's vertices from which the line goes on into another letter
         on_line = np.zeros(len(self.radius), dtype=bool)
         on_line[mine] = True
@@ -203,7 +204,10 @@ def movements(start: _Complex, turn: _Complex, mirror: _Complex) -> _Pixels:
     by z ↦ start + turn · z + mirror · conj(z)."""
     sums, apart = turn + mirror, turn - mirror
     rows = (start.real, sums.real, -apart.imag, start.imag, sums.imag, apart.real)
-    return np.array(np.broadcast_arrays(*rows), dtype=np.float32)
+    found = np.empty((6, len(start)), dtype=np.float32)
+    for row, values in zip(found, rows, strict=True):
+        row[:] = values
+    return found
 
 
 def course(ink: Ink, source: InkSource, scale: float) -> Course:

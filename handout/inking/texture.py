@@ -100,11 +100,10 @@ def texture(manuscript: Manuscript, hand: ScannedHand, dpi: float, *, margin: fl
         for layer in _part_neighbours(_layers(inks, sources, dpi, (height, width), margin), dpi):
             # where there is some ink already, that which covers more is seen
             (x, y), (h, w) = layer.corner, layer.near.shape
-            page = rgba[y : y + h, x : x + w]
-            seen = layer.rgba[:, :, 3] > page[:, :, 3]
-            laid = layer.rgba[seen]
+            seen = np.flatnonzero(layer.rgba[:, :, 3] > rgba[y : y + h, x : x + w, 3])
+            laid = layer.rgba.reshape(-1, 4).take(seen, axis=0)
             laid[:, :3] /= laid[:, 3:]
-            page[seen] = laid
+            rgba.reshape(-1, 4)[(seen // w + y) * width + seen % w + x] = laid
             first, end = min(first, layer.corner[1]), max(end, layer.corner[1] + len(layer.near))
     return Raster(rgba, dpi, rows=(min(first, end), end))
 

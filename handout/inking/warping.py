@@ -113,7 +113,7 @@ class _Band:
     at: NDArray[np.intp]
     x: _Pixels
     y: _Pixels
-    vertex: NDArray[np.int32]
+    vertex: NDArray[np.intp]
     beyond: _Pixels
 
     def window(self, values: NDArray[Any], elsewhere: float = 0.0) -> NDArray[Any]:
@@ -132,13 +132,13 @@ def _nearest(
     at = line.at - origin
     near = nearest(at, shape)
     x, y, radius, reach = (_single(values) for values in (at.real, at.imag, line.radius, line.radius + margin))
-    across = np.arange(shape[1], dtype=np.float32) - x[near]
-    down = np.arange(shape[0], dtype=np.float32)[:, None] - y[near]
+    across = np.arange(shape[1], dtype=np.float32) - x.take(near)
+    down = np.arange(shape[0], dtype=np.float32)[:, None] - y.take(near)
     square = across * across + down * down
-    near[square > np.square(reach)[near]] = -1
+    near[square > np.square(reach).take(near)] = -1
     inside = np.flatnonzero(near >= 0)
-    vertex, (row, column) = near.ravel()[inside], np.divmod(inside, shape[1])
-    beyond = np.sqrt(square.ravel()[inside]) - radius[vertex]
+    vertex, (row, column) = near.take(inside).astype(np.intp), np.divmod(inside, shape[1])
+    beyond = np.sqrt(square.take(inside)) - radius.take(vertex)
     return near, _Band(origin, shape, inside, _single(column), _single(row), vertex, beyond)
 
 
@@ -193,26 +193,25 @@ def _specks(alpha: _Pixels, on: NDArray[np.intp]) -> NDArray[np.bool_]:
 def _pieces(line: Course, band: _Band, source: InkSource) -> _Pixels:
     """(m, 4) ink of a band, premultiplied, for a line of clear pieces from anywhere in the picture."""
     corner = complex(*source.page.texture.corner)
-    x, y = _move_pixels([values[band.vertex] for values in line.movement(band.origin, corner)], band)
+    x, y = _move_pixels(line.movement(band.origin, corner).take(band.vertex, axis=1), band)
     # beside the line only CLEAR mm are known to be free of other lines
     own = line.uv[band.vertex] - corner
     away = np.hypot(x - own.real, y - own.imag) - (line.width * line.radius)[band.vertex]
     x[away > CLEAR / source.page.pixel] = -_PAD
-    rgba = _remap(source.premultiplied_ink, x, y, cubic=True) / np.float32(255)
+    rgba = _remap(source.premultiplied_ink, x, y) / np.float32(255)
     rgba *= np.where(line.loose[band.vertex], np.clip(_ROUND - band.beyond, 0, 1), 1)[:, None]
     return np.asarray(np.minimum(rgba, rgba[:, 3:]), dtype=np.float32)
 
 
-def _remap(picture: NDArray[Any], x: _Pixels, y: _Pixels, *, cubic: bool = False) -> _Pixels:
+def _remap(picture: NDArray[Any], x: _Pixels, y: _Pixels) -> _Pixels:
     """(m, 4) float32: pixels of a picture (h, w, 4) at places (m,)."""
     import cv2
 
     rows = -(-len(x) // _ROW)
     places = np.full((2, rows * _ROW), -_PAD, dtype=np.float32)
     places[0, : len(x)], places[1, : len(x)] = x, y
-    method = cv2.INTER_CUBIC if cubic else cv2.INTER_NEAREST
     right, down = places.reshape(2, rows, _ROW)
-    found = np.asarray(cv2.remap(picture, right, down, method, borderMode=cv2.BORDER_CONSTANT))
+    found = np.asarray(cv2.remap(picture, right, down, cv2.INTER_CUBIC, borderMode=cv2.BORDER_CONSTANT))
     return np.asarray(found.reshape(-1, 4)[: len(x)], dtype=np.float32)
 
 
@@ -220,14 +219,14 @@ def _cubic(patch: _Pixels, x: _Pixels, y: _Pixels) -> _Pixels:
     """(m, 4) ink interpolated between pixels, sharp, but never darker nor lighter than the pixels around."""
     import cv2
 
-    ink = _remap(patch, x, y, cubic=True)
+    ink = _remap(patch, x, y)
     left, top = np.floor(x), np.floor(y)
     if (x == left).all() and (y == top).all():
         return ink
-    kernel = np.ones((4, 4), np.uint8)
+    kernel, at = np.ones((4, 4), np.uint8), top.astype(np.intp) * patch.shape[1] + left.astype(np.intp)
     # least and greatest of the sixteen pixels around, kept at the one to the upper left
-    np.maximum(ink, _remap(cv2.erode(patch, kernel, anchor=(1, 1)), left, top), out=ink)
-    np.minimum(ink, _remap(cv2.dilate(patch, kernel, anchor=(1, 1)), left, top), out=ink)
+    for limit, around in ((np.maximum, cv2.erode), (np.minimum, cv2.dilate)):
+        limit(ink, around(patch, kernel, anchor=(1, 1)).reshape(-1, 4).take(at, axis=0), out=ink)
     return np.minimum(ink, ink[:, 3:], out=ink)
 
 
@@ -241,17 +240,17 @@ def _trace_back(line: Course, band: _Band, goal: complex) -> tuple[_Pixels, _Pix
     """Where in the picture pixels come from, (m,) twice from `goal`, and whether one affine movement was not enough."""
     import cv2
 
-    x, y = _move_pixels([values[band.vertex] for values in line.movement(band.origin, goal)], band)
-    even_x, even_y = _move_pixels(_fit_movement(line, band.origin, goal), band)
-    rest = np.empty((len(x), 4), dtype=np.float32)
-    rest[:, 0], rest[:, 1], rest[:, 3] = x - even_x, y - even_y, 1
+    movement, even = line.movement(band.origin, goal), _fit_movement(line, band.origin, goal)
+    even_x, even_y = _move_pixels(even, band)
+    rest = np.ones((len(band.x), 4), dtype=np.float32)
+    rest[:, 0], rest[:, 1] = _move_pixels((movement - even[:, None]).take(band.vertex, axis=1), band)
     if np.abs(rest[:, :2]).max() < _EXACT:
-        return x, y, False
+        return *_move_pixels(movement.take(band.vertex, axis=1), band), False
     rest[:, 2] = rest[:, 0] ** 2 + rest[:, 1] ** 2
     side = 2 * max(1, round(float(np.median(line.radius)))) + 1
-    parts = rest
-    for _ in range(2):
-        parts = _single(cv2.blur(band.window(parts), (side, side))).reshape(-1, 4)[band.at]
+    whole = band.window(rest)
+    once = cv2.blur(whole, (side, side)) * whole[:, :, 3:]
+    parts = _single(cv2.blur(once, (side, side))).reshape(-1, 4).take(band.at, axis=0)
     mean = parts[:, :3] / parts[:, 3:]
     apart = np.sqrt(np.maximum(mean[:, 2] - mean[:, 0] ** 2 - mean[:, 1] ** 2, 0))
     # where strokes part, or a line turns back on itself, the mean of two movements would hit no ink
@@ -288,9 +287,9 @@ def _unghost(line: Course, band: _Band, back: tuple[_Pixels, _Pixels], corner: c
     uv, at = line.uv - corner, line.at - band.origin
     x, y = (np.clip(np.rint(part).astype(np.intp), 0, side - 1) for part, side in zip(back, shape[::-1], strict=True))
     vertex = nearest(uv, shape)[y, x]
-    columns = (uv.real, uv.imag, np.abs(line.turn), at.real, at.imag)
-    u, v, turn, left, top = (_single(values)[vertex] for values in columns)
-    there = np.hypot(back[0] - u, back[1] - v) / turn
-    here = np.hypot(band.x - left, band.y - top)
+    columns = _single(np.array([uv.real, uv.imag, np.abs(line.turn), at.real, at.imag]))
+    u, v, turn, left, top = columns.take(vertex, axis=1)
+    there = np.sqrt((back[0] - u) ** 2 + (back[1] - v) ** 2) / turn
+    here = np.sqrt((band.x - left) ** 2 + (band.y - top) ** 2)
     share = 1 - np.clip((here - there) / _GHOST - 1, 0, 1) * np.clip(band.beyond / _GHOST, 0, 1)
     return _single(np.minimum(share, _single(cv2.blur(band.window(share, 1.0), (3, 3))).ravel()[band.at]))

@@ -116,7 +116,7 @@ def _trace_ink(
     manuscript: Manuscript, hand: ScannedHand, rng: np.random.Generator, speed: float, jitter: float
 ) -> Drawing:
     from handout.hand.measures import ink_colours
-    from handout.motion.recovery.pen_paths import pen_paths
+    from handout.motion.recovery.pen_paths import list_guessed, pen_paths
     from handout.motion.timing import timed_strokes
 
     inks = ink_colours(hand)
@@ -127,10 +127,12 @@ def _trace_ink(
     timed = timed_strokes(
         [path for path, _ in paths], [n for _, n in paths], manuscript.x_height, rng, speed=speed, jitter=jitter
     )
+    guessed = [facts for line in manuscript.lines for facts in list_guessed(line.placed, hand)]
     # a stroke over letters of several inks has that of most of it
     most = (int(np.bincount([ink_of.get(at, 0) for at in path.of.tolist()]).argmax()) for path, _ in paths)
     coloured = tuple(replace(stroke, colour=inks.colours[ink]) for stroke, ink in zip(timed, most, strict=True))
-    return Drawing(coloured, manuscript.page, {"hand": hand.name, **manuscript.about})
+    about = {"hand": hand.name, **manuscript.about}
+    return Drawing(coloured, manuscript.page, about | ({"order": guessed} if guessed else {}))
 
 
 def letters_of_samples(manuscript: Manuscript, hand: Hand) -> tuple[NDArray[np.intp], ...]:

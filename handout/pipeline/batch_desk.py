@@ -429,8 +429,8 @@ def prove_batch(name: str, *, listener: Listener = SILENT) -> Facts:
     pictures = []
     for number, page in enumerate(result.pages):
         picture = f"proof-{number}.png"
-        atomic.write(batch.folder / picture, page.picture)
-        pictures.append({"row": page.row, "part": page.part, "picture": picture})
+        atomic.write(batch.folder / picture, page.data)
+        pictures.append({"row": page.row, "part": page.called, "picture": picture})
     made = datetime.now().isoformat()
     facts: dict[str, Any] = {**result.facts(), "files": [], "pages_shown": pictures, "made": made}
     facts["failed"] = [{**each, "reason": _as_shown(each["reason"])} for each in facts["failed"]]

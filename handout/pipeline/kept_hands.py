@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import io
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -27,6 +26,7 @@ from handout.pipeline.options import PictureOptions, SheetOptions, WritingOption
 from handout.pipeline.results import SILENT, Delivery, Facts, Listener, Result, Tally
 from handout.prompting.sentence_choice import lacks
 from handout.sinks import check_outputs, write_drawings
+from handout.sinks.png import to_png
 from handout.writing.legibility import unclear_letters
 
 if TYPE_CHECKING:
@@ -81,14 +81,14 @@ def check_hand(
         numbered = [path.with_name(f"{path.stem}-{n}{path.suffix}") for n in range(1, count + 1)]
         files = [path] if count == 1 else numbered
         for number, picture in enumerate(files):
-            _write_png(picture, report.overlay(hand, number), hand.pages[number].dpi)
+            atomic.write(picture, to_png(report.overlay(hand, number), hand.pages[number].dpi))
     told = {**report.facts(hand), "unclear": unclear_letters(hand)}
     if asked is not None:
         from handout.pipeline import letter_questions
 
         found = letter_questions.ask_letters(hand, questions)
         kept = letter_questions.question_file(hand, found)
-        _write_png(asked[0], letter_questions.draw_questions(hand, found), _SHEET_DPI)
+        atomic.write(asked[0], to_png(letter_questions.draw_questions(hand, found), _SHEET_DPI))
         atomic.write(asked[1], msgspec.json.format(msgspec.json.encode(kept)))
         files += asked
         told["questions"] = msgspec.to_builtins(kept.questions)
@@ -113,14 +113,6 @@ def _sheet_files(sheet: str | Path) -> tuple[Path, Path]:
         except InputError as error:
             raise InputError(f"{questions} would go with the sheet, and holds something else: name another.") from error
     return picture, questions
-
-
-def _write_png(path: Path, pixels: NDArray[np.uint8], dpi: float) -> None:
-    from PIL import Image
-
-    stream = io.BytesIO()
-    Image.fromarray(pixels).save(stream, "PNG", dpi=(dpi, dpi), compress_level=4)
-    atomic.write(path, stream.getvalue())
 
 
 @dataclass(frozen=True)
@@ -465,7 +457,7 @@ def _show_scanned(
     else:
         pixels, found, tally = _choices(hand, text, writing_options)
     for path in files:
-        _write_png(path, pixels, _SHEET_DPI)
+        atomic.write(path, to_png(pixels, _SHEET_DPI))
     return Delivery(tally=tally, files=files, told={**found, "files": [*map(str, files)]})
 
 

@@ -94,13 +94,12 @@ class _Request:
 
 
 def lined_paper(
-    layout: Layout, hand: AnyHand, writing: WritingOptions, sheet: SheetOptions, picture: PictureOptions
+    layout: Layout, hand: AnyHand, writing: WritingOptions, sheet: SheetOptions, paper: Paper
 ) -> LinedPaper:
     """A layout with its lines on those of the paper that is asked for; as it is where that has none.
 
-    Raises InputError: no such paper, a distance of lines that cannot be, or lines that leave no room.
+    Raises InputError: no such sheet, a distance of lines that cannot be, or lines that leave no room.
     """
-    paper = papers.parse_paper(picture.paper)
     request = _Request(layout, hand, writing, sheet)
     if paper.name in ("ruled", "squared"):
         return _use_drawn_rules(request, paper)

@@ -176,12 +176,15 @@ class SheetOptions:
     margin : None: a tenth of the short side.
     pages : how many there may be; None: as many as the text needs.
     usual_page : the page where none is asked for.
+    at : a place in a text, graphemes from 0: only the page that holds it is written, whose number is told as `page` if
+        there are others; of a letter file all pages are.
     """
 
     page: str | None = shared(None, page_sizes.HELP, PAGE, usual="usual_page", sent=PageName | None)
     margin: str | None = shared(None, _SIDES, PAGE, sent=Lengths | None)
     pages: int | None = shared(None, "How many pages there may be.", PAGE, least=1, sent=Number | None)
     usual_page: str = "A4"
+    at: int | None = None
 
     @property
     def page_name(self) -> str:

@@ -323,12 +323,6 @@ def preview(
     return deliver(tally, task, files, notes, behind={**work.drawing, **_plan_facts(plans)})
 
 
-def with_hooks(planned: Plan) -> Drawing:
-    """What a plan draws, with what it does besides, for pictures of the travel."""
-    ways, drawing = planned.hook_ways(), planned.drawing
-    return dataclasses.replace(drawing, about={**drawing.about, "hooks": ways}) if ways else drawing
-
-
 def resume(
     name: str | None = None,
     port: str | None = None,
@@ -453,7 +447,9 @@ def cut_out(page: Drawing, piece: parts.SheetStretch) -> Drawing:
 
 def with_rest(page: Drawing, piece: parts.SheetStretch, planned: Plan) -> Drawing:
     """A page of a preview: what is plotted, and all else pale."""
-    part = with_hooks(planned)
+    ways, part = planned.hook_ways(), planned.drawing
+    if ways:  # what it does besides, for pictures of the travel
+        part = dataclasses.replace(part, about={**part.about, "hooks": ways})
     if (piece.first, piece.stop) == (0, len(page.strokes)):
         return part
     rest = [dataclasses.replace(stroke, colour=_REST) for stroke in page.strokes]

@@ -13,10 +13,9 @@ import json
 import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 import msgspec
 
@@ -24,14 +23,17 @@ from handout import atomic, units
 from handout.errors import InputError
 from handout.inking.papers import lay_ink
 from handout.pipeline import merging, plotting
-from handout.pipeline.merging import AT_EDGE, OUT_OF_REACH, WARNED, PageFinding, RowPages
+from handout.pipeline.merging import AT_EDGE, OUT_OF_REACH, WARNED, PageFinding
 from handout.pipeline.options import MergeOptions, PictureOptions, ProofOptions, SheetOptions, WritingOptions
 from handout.pipeline.results import SILENT, Delivery, Facts, Listener, Told
+from handout.pipeline.row_work import BatchDelivery, make_all
 from handout.plotting import plan
 from handout.printing import media, printers
-from handout.printing.journal import BACK, ENVELOPE
-from handout.printing.prepared import BatchPage, margin_warning
-from handout.printing.rows import TableRow, select
+from handout.printing.batch import BatchOptions
+from handout.printing.journal import BACK, ENVELOPE, Journal
+from handout.printing.prepared import BatchPage, Destination, PreparedPage, margin_warning
+from handout.printing.rows import TableRow
+from handout.printing.sending import Report
 from handout.profiles import Plotter, Prices, Printer
 
 _DPI = 96  # of the small pictures
@@ -92,19 +94,15 @@ def prices(machine: Plotter | Printer | None, given: str) -> Prices:
     changes: dict[str, str | float] = {}
     for part in filter(None, (part.strip() for part in given.split(","))):
         name, _, value = part.partition("=")
-        changes[name] = value if name == "currency" else _price(name, value, part)
+        try:
+            price = float(value) if name in _PRICES else math.nan
+        except ValueError:
+            price = math.nan
+        if name != "currency" and (not 0 <= price <= _MOST or (price == 0 and name in _MEASURES)):
+            known = ", ".join(_PRICES)
+            raise InputError(f"prices: {part!r} is none; write sheet=0.02,hour=4.50,currency=EUR, of {known}.")
+        changes[name] = value if name == "currency" else price
     return msgspec.structs.replace(machine.prices if machine is not None else Prices(), **changes)
-
-
-def _price(name: str, value: str, part: str) -> float:
-    try:
-        price = float(value) if name in _PRICES else math.nan
-    except ValueError:
-        price = math.nan
-    if not 0 <= price <= _MOST or (price == 0 and name in _MEASURES):
-        known = ", ".join(_PRICES)
-        raise InputError(f"prices: {part!r} is none; write sheet=0.02,hour=4.50,currency=EUR, of {known}.")
-    return price
 
 
 def costs(spent: Spent, at: Prices, plotted: bool) -> Costs:
@@ -131,14 +129,23 @@ def costs(spent: Spent, at: Prices, plotted: bool) -> Costs:
 
 
 @dataclass(frozen=True)
-class ProofPage:
-    """A page in a proof: its row, what it is, its picture (PNG), its size in mm, and what to look at on it."""
+class ProofPage(PreparedPage):
+    """A page in a proof, with its picture (PNG) as its data.
 
-    row: int
-    part: str
-    picture: bytes
-    size: tuple[float, float]
+    row : its number; findings : what to look at on it.
+    covered : mm² of paper under its ink; line : mm; seconds : that a plotter would take for it.
+    """
+
+    row: int = 0
     findings: tuple[PageFinding, ...] = ()
+    covered: float = 0.0
+    line: float = 0.0
+    seconds: float = 0.0
+
+    @property
+    def called(self) -> str:
+        """Which part of its row it is."""
+        return "envelope" if self.part == ENVELOPE else self.part
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -173,30 +180,27 @@ def proof(
     hand = pages.look().hand.name
     if isinstance(machine, Printer):
         pages.fed = partial(media.printer_for, profile=machine)
-    made = _Made(pages, machine, at)
-    rows = select(pages.merge.table, options.rows)
-    for number, row in enumerate(rows):
-        listener.progress(number / len(rows), f"proof {number}/{len(rows)}")
-        made.take(row)
-    approved = {"seed": pages.seed, "rows": made.good, "facts": merging.approval(pages, options)}
-    heading = f"{Path(table).name}, {hand}, seed {pages.seed}"
-    shown = ((path, (_html if path.suffix.lower() == ".html" else _pdf)(made, heading)) for path in paths)
+    found = dict[int, list[PageFinding]]()
+    with ProofPages(machine, at) as made:
+        run = options, Journal(seed=pages.seed)
+        done = make_all(pages, made, BatchOptions(options.rows), run, found=found, listener=listener)
+    made.note_rows(pages.merge.table, found, done.report)
+    approved = {"seed": pages.seed, "rows": done.report.rows, "facts": merging.approval(pages, options)}
+    heading, write = f"{Path(table).name}, {hand}, seed {pages.seed}", {".html": _html, ".pdf": _pdf}
+    shown = ((path, write[path.suffix.lower()](made, heading, made.totals(done))) for path in paths)
     atomic.write_all([*shown, (record, json.dumps(approved, ensure_ascii=False, indent=1).encode())])
-    tally, files, notes = pages.account.tally, (*paths, record), tuple(pages.account.dropped)
+    files, same = (*paths, record), {name: getattr(done, name) for name in ("tally", "seed", "notes")}
     told: Told = {
-        **tally.facts(pages.seed, hand, files),
-        "rows": len(made.good),
-        "failed": [{"row": row, "reason": reason} for row, reason in made.failed.items()],
+        **done.tally.facts(pages.seed, hand, files),
+        **{name: done.told[name] for name in ("rows", "failed")},
         "look_at": [{"row": row, "why": [each.phrase for each in found]} for row, found in made.looked.items()],
         "sheets": dict(made.sheets),
         "ink_cm2": round(made.spent.covered / 100, 2),
         **({} if made.machine_s is None else {"machine_s": round(made.machine_s, 1)}),
         "cost": made.costs.facts(),
-        "columns": {**pages.merge.table.facts()},
-        **({"notes": list(notes)} if notes else {}),
+        **{name: done.told[name] for name in ("columns", "notes") if name in done.told},
     }
-    told_of: dict[str, Any] = {"tally": tally, "seed": pages.seed, "files": files, "told": told, "notes": notes}
-    return TableProof(**told_of, costs=made.costs, pages=made.pages)
+    return TableProof(**same, files=files, told=told, costs=made.costs, pages=made.pages)
 
 
 def _check_options(paths: Sequence[Path], options: ProofOptions) -> tuple[Path, Printer | Plotter | None]:
@@ -217,72 +221,27 @@ def _check_options(paths: Sequence[Path], options: ProofOptions) -> tuple[Path, 
     return record, machine
 
 
-@dataclass
-class _Made:
-    """The pages as they are written, one row after the other."""
+@dataclass(frozen=True)
+class _PageProof:
+    """Prepares a page: its small picture, where its ink lies, and what it takes."""
 
-    writer: RowPages
     machine: Printer | Plotter | None
-    prices: Prices
-    rows: list[int] = field(default_factory=list)
-    pages: list[ProofPage] = field(default_factory=list)
-    failed: dict[int, str] = field(default_factory=dict)
-    looked: dict[int, list[PageFinding]] = field(default_factory=dict)
-    sheets: Counter[str] = field(default_factory=Counter)
-    spent: Spent = field(default_factory=Spent)
 
-    @property
-    def machine_s(self) -> float | None:
-        """s that a plotter would take; None without one."""
-        return self.spent.machine if isinstance(self.machine, Plotter) else None
+    def __call__(self, number: int, page: BatchPage) -> ProofPage:
+        """See `Prepare`."""
+        from PIL import Image
 
-    @property
-    def costs(self) -> Costs:
-        """What all of it costs."""
-        return costs(replace(self.spent, machine=self.machine_s), self.prices, isinstance(self.machine, Plotter))
+        drawing, scale, (found, seconds) = page.drawing, _DPI / 25.4, self._look_at(page)
+        raster, sides = page.ink(_DPI), (drawing.page.width, drawing.page.height)
+        width, height = (max(round(side * scale), 1) for side in sides)
+        whole, stream = Image.new("RGB", (width, height), "white"), io.BytesIO()
+        ink = Image.fromarray(lay_ink(raster, None))
+        whole.paste(ink, (round(raster.origin[0] * _DPI / 25.4), round(raster.origin[1] * _DPI / 25.4)))
+        whole.quantize(32).save(stream, "PNG", optimize=True)
+        covered, data = float(raster.rgba[..., 3].sum()) / scale**2, stream.getvalue()
+        return ProofPage(page.part, drawing.page, data, "", number, tuple(found), covered, drawing.pen_down, seconds)
 
-    @property
-    def good(self) -> list[int]:
-        """The rows that can be made."""
-        return [row for row in self.rows if row not in self.failed]
-
-    def take(self, row: TableRow) -> None:
-        """Write a row and look at it."""
-        self.rows.append(row.number)
-        try:
-            if row.problem:
-                raise InputError(row.problem)
-            pages = self.writer(row)
-        except InputError as error:
-            self.failed[row.number] = str(error)
-            return
-        found = self.writer.account.findings.pop(row.number, [])
-        found += [PageFinding(WARNED, warning) for warning in row.warnings]
-        placed = [self._of_page(page) for page in pages]
-        every = sorted(dict.fromkeys([*found, *(finding for own, _ in placed for finding in own)]))
-        if every:
-            self.looked[row.number] = every
-        for page, (own, seconds) in zip(pages, placed, strict=True):
-            sheet = page.drawing.page
-            self.sheets[sheet.name or f"{sheet.width:g} x {sheet.height:g} mm"] += row.copies
-            called = "envelope" if page.part == ENVELOPE else page.part
-            picture, covered = _small(page)
-            self.pages.append(ProofPage(row.number, called, picture, (sheet.width, sheet.height), tuple(own)))
-            self._spend(page, covered, seconds, row.copies)
-
-    def _spend(self, page: BatchPage, covered: float, seconds: float, copies: int) -> None:
-        """Count what the copies of a page use."""
-        spent, envelope = self.spent, page.part == ENVELOPE
-        self.spent = replace(
-            spent,
-            sheets=spent.sheets + copies * (not envelope and page.part != BACK),
-            envelopes=spent.envelopes + copies * envelope,
-            covered=spent.covered + copies * covered,
-            line=spent.line + copies * page.drawing.pen_down,
-            machine=(spent.machine or 0.0) + copies * seconds,
-        )
-
-    def _of_page(self, page: BatchPage) -> tuple[list[PageFinding], float]:
+    def _look_at(self, page: BatchPage) -> tuple[list[PageFinding], float]:
         """Findings on where a page's ink lies, and the s that a plotter would take for it."""
         drawing, found, seconds = page.drawing, list[PageFinding](), 0.0
         if isinstance(self.machine, Printer):
@@ -303,32 +262,65 @@ class _Made:
         return found, seconds
 
 
-def _small(page: BatchPage) -> tuple[bytes, float]:
-    """A small picture of a page on white, PNG, and how much of the paper its ink covers, mm²."""
-    from PIL import Image
+class ProofPages(Destination):
+    """The pages of a proof, with what they use.
 
-    raster = page.ink(_DPI)
-    width, height = (max(round(side * _DPI / 25.4), 1) for side in (page.drawing.page.width, page.drawing.page.height))
-    whole = Image.new("RGB", (width, height), "white")
-    ink = Image.fromarray(lay_ink(raster, None))
-    whole.paste(ink, (round(raster.origin[0] * _DPI / 25.4), round(raster.origin[1] * _DPI / 25.4)))
-    stream = io.BytesIO()
-    whole.quantize(32).save(stream, "PNG", optimize=True)
-    return stream.getvalue(), float(raster.rgba[..., 3].sum()) * (25.4 / _DPI) ** 2
+    failed, looked : row → why it cannot be made, and what is to be looked at on its pages.
+    """
+
+    def __init__(self, machine: Printer | Plotter | None, at: Prices) -> None:
+        super().__init__()
+        self.prepare, self._plotted, self._prices = _PageProof(machine), isinstance(machine, Plotter), at
+        self.pages, self.sheets, self.spent = list[ProofPage](), Counter[str](), Spent()
+        self.failed, self.looked = dict[int, str](), dict[int, list[PageFinding]]()
+
+    def take(self, number: int, pages: Sequence[PreparedPage], copies: int) -> None:
+        """Keep the row's pages, and count what the copies of them use."""
+        for page in pages:
+            assert isinstance(page, ProofPage)
+            self.pages.append(page)
+            self.looked.setdefault(number, []).extend(page.findings)
+            self.sheets[page.page.name or f"{page.page.width:g} x {page.page.height:g} mm"] += copies
+            envelope, spent = page.part == ENVELOPE, self.spent
+            self.spent = replace(
+                spent,
+                sheets=spent.sheets + copies * (not envelope and page.part != BACK),
+                envelopes=spent.envelopes + copies * envelope,
+                covered=spent.covered + copies * page.covered,
+                line=spent.line + copies * page.line,
+                machine=(spent.machine or 0.0) + copies * page.seconds,
+            )
+
+    def note_rows(self, rows: Sequence[TableRow], found: Mapping[int, Sequence[PageFinding]], report: Report) -> None:
+        """Note what is to be looked at of every row that was made, and why others cannot be."""
+        self.failed = {each.row: each.reason for each in report.failed}
+        for row in (row for row in rows if row.number in report.rows):
+            warned = [PageFinding(WARNED, warning) for warning in row.warnings]
+            if every := sorted({*found.get(row.number, []), *warned, *self.looked.pop(row.number, [])}):
+                self.looked[row.number] = every
+
+    @property
+    def machine_s(self) -> float | None:
+        """s that a plotter would take; None without one."""
+        return self.spent.machine if self._plotted else None
+
+    @property
+    def costs(self) -> Costs:
+        """What all of it costs."""
+        return costs(replace(self.spent, machine=self.machine_s), self._prices, self._plotted)
+
+    def totals(self, done: BatchDelivery) -> str:
+        """Pages, ink, time and cost, in two sentences."""
+        sheets = ", ".join(f"{count} {name}" for name, count in self.sheets.items()) or "no page"
+        ink = f", {self.spent.covered / 100:.1f} cm² of ink"
+        ink += f", {self.spent.line / 1000:.1f} m of line" if self.spent.line else ""
+        time = f", {units.duration(done.tally.duration)} of writing" if done.tally.duration else ""
+        machine = f", {units.duration(self.machine_s)} on the plotter" if self.machine_s else ""
+        rows = units.count(len(done.report.rows), "row")
+        return f"{rows}: {sheets}{ink}{time}{machine}. {self.costs.sentence()}"
 
 
-def _totals(made: _Made) -> str:
-    """Pages, ink, time and cost, in two sentences."""
-    tally = made.writer.account.tally
-    sheets = ", ".join(f"{count} {name}" for name, count in made.sheets.items()) or "no page"
-    ink = f", {made.spent.covered / 100:.1f} cm² of ink"
-    ink += f", {made.spent.line / 1000:.1f} m of line" if made.spent.line else ""
-    time = f", {units.duration(tally.duration)} of writing" if tally.duration else ""
-    machine = f", {units.duration(made.machine_s)} on the plotter" if made.machine_s else ""
-    return f"{units.count(len(made.good), 'row')}: {sheets}{ink}{time}{machine}. {made.costs.sentence()}"
-
-
-def _list_first(made: _Made) -> list[tuple[int, str, int]]:
+def _list_first(made: ProofPages) -> list[tuple[int, str, int]]:
     """Rows that want looking at, the most urgent first: number, what, rank."""
     rows = [(row, reason, -1) for row, reason in made.failed.items()]
     rows += [(row, "; ".join(finding.phrase for finding in found), found[0].rank) for row, found in made.looked.items()]
@@ -341,7 +333,7 @@ img{{width:100%;background:#fff;border:1px solid #aaa}} .look img{{border:3px so
 figcaption{{font-size:12px}} li.failed{{color:#c00}} a{{color:inherit}}"""
 
 
-def _html(made: _Made, heading: str) -> bytes:
+def _html(made: ProofPages, heading: str, totals: str) -> bytes:
     """The proof for a browser, in one file."""
     first = "".join(
         f'<li{" class=failed" if rank < 0 else ""}><a href="#row-{row}">row {row}</a>: {html.escape(why)}</li>'
@@ -352,25 +344,25 @@ def _html(made: _Made, heading: str) -> bytes:
     look = f"<h2>Look at these first</h2><ol>{first}</ol>" if first else "<p>Nothing wants looking at first.</p>"
     text = (
         f'<!doctype html><html lang="en"><meta charset="utf-8"><title>{html.escape(heading)}</title>'
-        f"<style>{_STYLE}</style><h1>{html.escape(heading)}</h1><p>{html.escape(_totals(made))}</p>{look}"
+        f"<style>{_STYLE}</style><h1>{html.escape(heading)}</h1><p>{html.escape(totals)}</p>{look}"
         f"<h2>Every page</h2>{figures}</html>\n"
     )
     return text.encode()
 
 
-def _figure(made: _Made, page: ProofPage, first: bool) -> str:
+def _figure(made: ProofPages, page: ProofPage, first: bool) -> str:
     """A page with its caption; the first of a row is where links to that row lead."""
     where = f' id="row-{page.row}"' if first else ""
     look = ' class="look"' if page.row in made.looked else ""
-    picture = base64.b64encode(page.picture).decode()
+    picture = base64.b64encode(page.data).decode()
     own = "".join(f"<br>{html.escape(finding.phrase)}" for finding in page.findings)
     return (
-        f'<figure{where}{look}><img alt="row {page.row}, {page.part}" src="data:image/png;base64,{picture}">'
-        f"<figcaption>row {page.row}, {html.escape(page.part)}{own}</figcaption></figure>"
+        f'<figure{where}{look}><img alt="row {page.row}, {page.called}" src="data:image/png;base64,{picture}">'
+        f"<figcaption>row {page.row}, {html.escape(page.called)}{own}</figcaption></figure>"
     )
 
 
-def _pdf(made: _Made, heading: str) -> bytes:
+def _pdf(made: ProofPages, heading: str, totals: str) -> bytes:
     """The proof for a printer: A4, what to look at first, then twelve pages on a page."""
     from reportlab.lib.pagesizes import A4
     from reportlab.lib.utils import ImageReader, simpleSplit
@@ -380,7 +372,7 @@ def _pdf(made: _Made, heading: str) -> bytes:
     canvas = Canvas(stream, pagesize=A4, invariant=True)
     width, height = A4
     y = height - 50.0
-    lines = [heading, _totals(made), "", *(f"row {row}: {why}" for row, why, _ in _list_first(made))]
+    lines = [heading, totals, "", *(f"row {row}: {why}" for row, why, _ in _list_first(made))]
     for line in lines:
         told = line.encode("cp1252", "replace").decode("cp1252")  # in the letters that every PDF has
         for part in simpleSplit(told, "Helvetica", 9, width - 80) or [""]:
@@ -397,13 +389,13 @@ def _pdf(made: _Made, heading: str) -> bytes:
             canvas.showPage()
         column, row = number % across, number // across % down
         room = wide - 10.0, high - 24.0
-        scale = min(room[0] / page.size[0], room[1] / page.size[1])
-        w, h = page.size[0] * scale, page.size[1] * scale
+        scale = min(room[0] / page.page.width, room[1] / page.page.height)
+        w, h = page.page.width * scale, page.page.height * scale
         x, top = edge + column * wide, height - edge - row * high
-        canvas.drawImage(ImageReader(io.BytesIO(page.picture)), x, top - h, w, h)
+        canvas.drawImage(ImageReader(io.BytesIO(page.data)), x, top - h, w, h)
         canvas.setStrokeColorRGB(*((0.8, 0.2, 0.0) if page.row in made.looked else (0.6, 0.6, 0.6)))
         canvas.rect(x, top - h, w, h)
         canvas.setFont("Helvetica", 7)
-        canvas.drawString(x, top - h - 9.0, f"row {page.row}, {page.part}")
+        canvas.drawString(x, top - h - 9.0, f"row {page.row}, {page.called}")
     canvas.save()
     return stream.getvalue()

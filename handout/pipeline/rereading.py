@@ -13,7 +13,7 @@ Source: own method (Bayes' rule with two normal distributions of one variance).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache, partial
 from itertools import islice
@@ -257,6 +257,11 @@ class Rereader:
         usual_length = 4.5
         self._doubt = wrong / max(float(wrong.mean()), 1e-6) * self.settings.wrong / usual_length
 
+    @property
+    def manner(self) -> Hashable:
+        """See `compose.Proofreader`."""
+        return self.own, self.tries, self.settings
+
     def __call__(self, paragraph: SetParagraph, again: Sequence[int] | None = None) -> None:
         """Read a paragraph; what is struck out, and what is of a formula, is not read.
 
@@ -265,7 +270,7 @@ class Rereader:
         if again is not None:
             read = self._read(paragraph, [paragraph.units[k] for k in again])
             new = {word.at: word for word in read}
-            self.words = [new.get(word.at, word) for word in self.words]
+            self.words[:] = [new.get(word.at, word) for word in self.words]
             return
         places = [k for k, each in enumerate(paragraph.choices) if each.intended is None and each.formula is None]
         read = self._read(paragraph, [paragraph.units[k] for k in places])
@@ -349,8 +354,8 @@ def reread(
     rereader = Rereader(hand, stranger_reader(author, settings), settings.tries if tries is None else tries, settings)
     sheets = list(compose(rereader))
     lines = {
-        placed.at: (number, count)
-        for number, sheet in enumerate(sheets, 1)
+        placed.at: (sheet.number, count)
+        for sheet in sheets
         for count, line in enumerate(sheet.manuscript.lines, 1)
         for placed in line.placed
     }

@@ -130,6 +130,7 @@ class Tally:
     pen_down, pen_up : mm; duration : s.
     borrowed : letters that the hand lacked, and what was written for them.
     slips : words that were struck out; doubtful : words that read as others; formulas : the TeX of each.
+    order : words of scanned ink whose strokes may as well have been written in another order.
     """
 
     pages: int = 0
@@ -143,6 +144,7 @@ class Tally:
     slips: Sequence[Mapping[str, Any]] = ()
     doubtful: Sequence[Mapping[str, Any]] = ()
     formulas: Sequence[str] = ()
+    order: Sequence[Mapping[str, Any]] = ()
 
     @classmethod
     def from_pages(cls, pages: Sequence[Manuscript], drawings: Sequence[Drawing]) -> Tally:
@@ -164,6 +166,7 @@ class Tally:
             slips=gather("slips"),
             doubtful=gather("doubtful"),
             formulas=gather("formulas"),
+            order=[each for drawing in drawings for each in drawing.about.get("order", [])],
         )
 
     @property
@@ -212,7 +215,11 @@ class Tally:
             "seed": seed,
             "hand": hand,
             "files": [str(path) for path in files],
-            **{name: told for name in ("borrowed", "slips", "doubtful", "formulas") if (told := getattr(self, name))},
+            **{
+                name: told
+                for name in ("borrowed", "slips", "doubtful", "formulas", "order")
+                if (told := getattr(self, name))
+            },
         }
 
 

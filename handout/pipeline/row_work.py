@@ -31,7 +31,7 @@ from typing import Any, Self
 from handout.errors import HandoutError, InputError
 from handout.hand import library
 from handout.networks import one_thread
-from handout.pipeline.merging import RowAccount, RowPages
+from handout.pipeline.merging import PageFinding, RowAccount, RowPages
 from handout.pipeline.options import TableOptions
 from handout.pipeline.results import Delivery, Listener
 from handout.pipeline.texts import program
@@ -412,11 +412,13 @@ def make_all(
     *,
     drawn: bool = False,
     notes: Sequence[str] = (),
+    found: dict[int, list[PageFinding]] | None = None,
     listener: Listener,
 ) -> BatchDelivery:
     """Make all rows of a batch, by as many processes as its options say; see `make_rows`.
 
     run : the options of the table, and the journal; drawn : see `RowWork`; notes : on all rows, made before.
+    found : gets what is to be looked at on the pages of each row.
     """
     (table, record), account, merge = run, RowAccount(), pages.merge
 
@@ -424,6 +426,8 @@ def make_all(
         for row in workers.make_each(rows, check):
             if new := account.add(row.account):  # what is to be said of several is said once
                 listener.say(*new)
+            if found is not None:
+                found.update(row.account.findings)
             yield row.row
 
     with open_workers(row_work(pages, place.prepare, drawn), table.jobs, table.cluster, listener.say) as workers:

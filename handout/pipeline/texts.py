@@ -130,6 +130,7 @@ def prepare(
         fit=writing.fit,
         jitter=writing.jitter,
         rewritten=tuple((int(at), int(times)) for at, times in writing.rewritten),
+        at=sheet.at,
     )
     task = WritingTask(
         hand,
@@ -155,7 +156,7 @@ def prepare(
         return task
     from handout.pipeline.lined_paper import lined_paper
 
-    on = lined_paper(task.layout, task.hand, writing, sheet, picture)
+    on = lined_paper(task.layout, task.hand, writing, sheet, look.paper)
     look = task.look if on.paper is None else replace(task.look, paper=on.paper)
     return replace(task, layout=on.layout, look=look, paper=on)
 
@@ -168,11 +169,11 @@ def _wish_legible(
         return hand, notes
     if hand.pages is None:
         return hand, (*notes, f"--legible: {hand.name} is a drawn hand, as legible as it was drawn.")
-    from handout.pipeline.hand_learning import keep_beside
+    from handout.pipeline.hand_learning import learn_beside
     from handout.writing.legibility import misreadings, prefer_legible
 
     misreadings(hand)  # so that what is worked out is kept of the hand as it is, not as it is wished
-    keep_beside(hand)
+    learn_beside(hand)
     return prefer_legible(hand, wish), notes
 
 
@@ -212,11 +213,13 @@ class Pages:
 
     manuscripts, drawings : of every page, in order.
     words : of every word where it is: page, place in the text, letters, box; see `word_places`.
+    number : of the page, where it is one of several; None: these are all.
     """
 
     manuscripts: Sequence[Manuscript]
     drawings: Sequence[Drawing]
     words: Callable[[], Sequence[Facts]] = tuple
+    number: int | None = None
 
     @property
     def tally(self) -> Tally:
@@ -251,11 +254,12 @@ class TextDocument:
         pages = list(sheets)
         about = {"title": title(self.text), "pages": len(pages)} | ({} if row is None else {"row": row})
         drawings = []
-        for number, sheet in enumerate(pages, 1):
-            tell(_SET + (1 - _SET) * (number - 1) / len(pages), f"writing {number}/{len(pages)}")
-            drawings.append(draw(sheet.manuscript, task, sheet.rng, {**about, "page_number": number}, wanted))
-        manuscripts = [sheet.manuscript for sheet in pages]
-        return Pages(manuscripts, drawings, lambda: tuple(word_places(manuscripts)))
+        for count, sheet in enumerate(pages):
+            tell(_SET + (1 - _SET) * count / len(pages), f"writing {count + 1}/{len(pages)}")
+            drawings.append(draw(sheet.manuscript, task, sheet.rng, {**about, "page_number": sheet.number}, wanted))
+        manuscripts, first = [sheet.manuscript for sheet in pages], pages[0].number
+        one = None if first == 1 and pages[-1].last else first
+        return Pages(manuscripts, drawings, lambda: tuple(word_places(manuscripts, first)), one)
 
     def set_pages(self, row: int | None = None) -> tuple[WritingTask, Iterator[Sheet]]:
         """The pages, each set when it is asked for, and the task with the hand that has all their letters."""
@@ -353,18 +357,18 @@ def _reread_text(
     tries = None if task.layout.jitter else 0
     sheets, doubts, _ = reread(lambda reader: compose(proofread=reader), hand, author, tries)
     refuse_doubts(doubts, task)
-    for number, sheet in enumerate(sheets, 1):
+    for sheet in sheets:
         here = [
             {**doubt.facts(), "box": word_box(sheet.manuscript.lines[doubt.line - 1], doubt.word)}
             for doubt in doubts
-            if doubt.page == number
+            if doubt.page == sheet.number
         ]
         yield _add_about(sheet, "doubtful", here) if here else sheet
 
 
-def word_places(pages: Sequence[Manuscript]) -> Iterator[Facts]:
-    """Each word: its page, from 1, its place in the text, its letters, and its box (`word_box`)."""
-    for number, sheet in enumerate(pages, 1):
+def word_places(pages: Sequence[Manuscript], first: int = 1) -> Iterator[Facts]:
+    """Each word: its page, from `first`, its place in the text, its letters, and its box (`word_box`)."""
+    for number, sheet in enumerate(pages, first):
         for line in sheet.lines:
             for _, group in groupby(line.placed, key=lambda placed: placed.word):
                 letters = [placed for placed in group if placed.glyph.letter]
@@ -455,9 +459,9 @@ def draw(
 ) -> Drawing:
     """Draw a page as timed strokes or scanned ink (`wanted`: see `TextDocument.draw`), with what outputs keep."""
     if task.hand.pages is not None:
-        from handout.pipeline.hand_learning import keep_beside
+        from handout.pipeline.hand_learning import learn_beside
 
-        keep_beside(task.hand.author or task.hand)
+        learn_beside(task.hand.author or task.hand)
     drawing = Drawing((), page.page, {})
     if task.hand.pages is None or task.traced or wanted & STROKES:
         from handout.motion.trace import trace

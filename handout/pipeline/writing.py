@@ -167,7 +167,9 @@ def write(
     notes = (*notes, *style_notes(task, drawn), *losses(paths, drawn))
     even = machines.pressed_evenly() if task.pose.pose is not None else []
     words = tuple(pages.words()) if places else ()
-    return deliver(pages.tally, task, files, (*notes, *even, *task.given_notes), {"words": words} if words else {})
+    told: Facts = {"words": words} if words else {}
+    told |= {} if pages.number is None else {"page": pages.number}
+    return deliver(pages.tally, task, files, (*notes, *even, *task.given_notes), told)
 
 
 def export(

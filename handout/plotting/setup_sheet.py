@@ -286,9 +286,13 @@ def test_sheet(profile: Plotter, page: Page, rng: np.random.Generator) -> Drawin
     edge = _EDGE * float(min(page.width, page.height))
     left, top = (np.maximum(corners.min(axis=0), 0.0) + edge).tolist()
     right, bottom = (np.minimum(corners.max(axis=0), [page.width, page.height]) - edge).tolist()
-    names = ("Y", "X") if placement.turned else ("X", "Y")
+    names = ("Y", "X") if placement.turn[0, 0] == 0 else ("X", "Y")
+    # whose sheet this is, with what its pen was told
+    called = "".join(char for char in profile.name.removeprefix("plotter-") if " " <= char <= "~") or "plotter"
+    if profile.pen.lift not in ("own", "command"):
+        called += f": up {profile.pen.up:g}, down {profile.pen.down:g}"
     for scale in _SCALES:
-        head = Caption(_title(profile), 0.0, 2.0 * letters(scale), letters(scale))
+        head = Caption(called, 0.0, 2.0 * letters(scale), letters(scale))
         above = 3.6 * letters(scale)
         for side in (side for side in _SIDES if side >= _LEAST_SIDE * min(scale, 1.0)):
             parts = _panels(profile, names, side, scale)
@@ -302,13 +306,6 @@ def test_sheet(profile: Plotter, page: Page, rng: np.random.Generator) -> Drawin
         f"that {profile.name or profile.title} reaches of a page of {page.width:g} x {page.height:g} mm: use a larger "
         "--page."
     )
-
-
-def _title(profile: Plotter) -> str:
-    """Whose sheet this is, with what its pen was told."""
-    name = "".join(char for char in profile.name.removeprefix("plotter-") if " " <= char <= "~") or "plotter"
-    pen = profile.pen
-    return name if pen.lift in ("own", "command") else f"{name}: up {pen.up:g}, down {pen.down:g}"
 
 
 def _panels(profile: Plotter, names: tuple[str, str], side: float, scale: float) -> list[Panel]:

@@ -1,21 +1,13 @@
-"""The settings of a simulated flatbed scanner, where a sheet lies on its glass, its optics, and its tone curve.
+"""A simulated flatbed scanner, which scans printed sheets: where a sheet lies on its glass, its optics, its tone curve.
 
-The settings for handwriting follow real scans, measured on 27 grey and 8 colour pages at 300 dpi by ballpoint and on
-3 colour pages at 400 dpi on old paper:
-
-- The steepest tenth of stroke edges rises by .42–.46 of the ink's depth within a pixel of 300 dpi (the median .35).
-- Paper is white: its median is 255 on every page, .07–.5 of 255 is its standard deviation, 0.3–11 % of it is below
-  255, and what is below is coarser than a pixel (neighbours correlate by .6, every fourth pixel by .05).  The old
-  paper lies at (212, 202, 177) ± 3.4 and its light varies by 3 % over the page.
-- Red and blue lie .02–.16 pixels beside green, mostly along one side of the sheet.
-- Stroke cores of black ballpoint lie at 97–130 of 255, of blue at about (105, 105, 180) in dark, (155, 150, 220) in
-  pale pages.
+All that happens before the tone curve is linear in light.  A worn one, and the one that scans handwriting, are in
+`handout_lab.author.worn_flatbed`.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, Self
@@ -24,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from handout.errors import InputError
-from handout.simulated.spectra import WAVELENGTHS
+from handout.simulated.spectra import WAVELENGTHS, SimulatedSheet
 from handout.values import Array, Drawing, Page, readonly
 
 # red, green and blue of the sensor with its lamp: middle and width, nm; near what explains the colours of a film and
@@ -43,41 +35,38 @@ SETTINGS: dict[str, dict[str, Any]] = {
 # beyond these a picture is none, or the formulas leave their range; set by eye
 _BOUNDS = {
     "crosstalk": (0.0, 0.3), "gamma": (0.2, 5.0), "black": (-0.5, 0.4), "white": (0.5, 1.5), "blur": (0.0, 1.0),
-    "noise": (0.0, 0.2), "shading": (0.0, 0.8), "flare": (0.0, 0.3), "glare": (0.0, 1.0), "skew": (0.0, 0.1),
-    "slack": (0.0, 20.0), "border": (0.0, 100.0), "lid": (0.0, 1.0), "shadow": (0.0, 1.0), "warp": (0.0, 10.0),
-    "dust": (0.0, 1000.0), "jpeg": (0, 100), "contrast": (0.0, 1.0), "middle": (0.0, 0.95),
+    "noise": (0.0, 0.2), "shading": (0.0, 0.8), "skew": (0.0, 0.1), "slack": (0.0, 20.0), "border": (0.0, 100.0),
+    "lid": (0.0, 1.0), "contrast": (0.0, 1.0), "middle": (0.0, 0.95),
 }  # fmt: skip
-_FURTHEST = {"offset": 100.0, "misregistration": 1.0}  # mm
-_STILL = ((0.0, 0.0), (0.0, 0.0))  # mm: red and blue lie exactly on green
+_FURTHEST = 100.0  # mm that a sheet may lie away from its place
+_DPI = (50.0, 1200.0)  # that flatbeds have
+
+Floats = NDArray[np.float32]
+Picture = NDArray[np.uint8 | np.uint16]
+Field = Callable[[NDArray[np.floating], NDArray[np.floating]], NDArray[np.floating]]
+Lamp = Callable[[NDArray[np.floating], NDArray[np.floating]], Floats]
+Kernels = list[tuple[Array, Array]]
+Stain = Callable[[Array, Floats], Floats]  # rows of a picture (n,) and their light (n, w, 3) → light
+Tone = tuple[Floats, Floats, float]  # black and white of each colour, power
 
 
 @dataclass(frozen=True)
-class FlatbedSettings:
-    """What a flatbed scanner does to a sheet.
+class Flatbed:
+    """A simulated flatbed: what it does to a sheet.
 
     crosstalk : share of its light that each colour gets from each neighbour.
     gamma : what is shown is light to the power of 1 / gamma.
     black, white : light that is shown as 0 and as full; a white below that of the paper clips it.
-    automatic : the scanner stretches every colour from its darkest to its lightest, and sets gamma by the mean.
     contrast : how much of an S-shaped curve lies on what is shown, 0–1.
     srgb : the scanner's program turns what the sensor sees into sRGB, by a matrix and the curve of sRGB.
     middle : the scanner sets gamma so that the mean of what is shown is this; 0: it does not.
     blur : mm, standard deviation of what optics and sensor make of a point, besides the pixel's own area.
     noise : standard deviation of the sensor's noise where it is white, of 1; it falls with the root of the light.
     shading : share of its light that the lamp loses from its brightest place on the glass to its darkest.
-    flare : share of every pixel's light that comes from its surroundings, a centimetre or so.
-    glare : light, of 1, that the middle of a bright streak across the sheet adds.
     rotation : rad, how far the sheet lies turned, any angle; None: another on every page, with deviation `skew`, rad.
     offset : (x, y) mm that the sheet lies away from its place; None: another each time, with deviation `slack`, mm.
     border : mm of the lid on every side of the sheet; lid : what the lid sends back, 0–1.
-    warp : mm, how far paper that does not lie flat is shifted where it is most.
-    shadow : share of its light that the lid loses beside the sheet's edge (of written sheets).
-    misregistration : (x, y) mm of red and of blue beside green.
-    dust : specks and short hairs on the glass, of a square decimetre.
-    crop : (top, right, bottom, left) mm that are missing from the picture.
-    grey : red, green and blue are all the mean of the three.
     bits : 8 or 16 of a colour.
-    jpeg : quality with which the picture was kept, 1–100, 8 bits only; 0: without loss.
 
     Raises InputError: a value out of its bounds.
     """
@@ -86,71 +75,40 @@ class FlatbedSettings:
     gamma: float = 2.2
     black: float = 0.0
     white: float = 1.0
-    automatic: bool = False
     contrast: float = 0.0
     srgb: bool = False
     middle: float = 0.0
     blur: float = 0.04
     noise: float = 0.004
     shading: float = 0.01
-    flare: float = 0.0
-    glare: float = 0.0
     rotation: float | None = None
     skew: float = 0.004
     offset: tuple[float, float] | None = None
     slack: float = 0.3
     border: float = 0.0
     lid: float = 0.9
-    shadow: float = 0.0
-    misregistration: tuple[tuple[float, float], tuple[float, float]] = _STILL
-    warp: float = 0.0
-    dust: float = 0.0
-    crop: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
-    grey: bool = False
     bits: int = 8
-    jpeg: int = 0
 
     def __post_init__(self) -> None:
-        for name, (least, greatest) in _BOUNDS.items():
+        self.check(_BOUNDS)
+        if self.bits not in (8, 16):
+            raise InputError(f"flatbed: {self.bits} bits: use 8 or 16.")
+        if not all(map(math.isfinite, (self.rotation or 0.0, *(self.offset or ())))):
+            raise InputError("flatbed: rotation and offset must be finite numbers.")
+        if not all(abs(value) <= _FURTHEST for value in self.offset or ()):
+            raise InputError(f"flatbed: offset {self.offset} is outside −{_FURTHEST:g} to {_FURTHEST:g} mm.")
+
+    def check(self, bounds: Mapping[str, tuple[float, float]]) -> None:
+        """Refuse settings out of their bounds."""
+        for name, (least, greatest) in bounds.items():
             value = getattr(self, name)
             if not least <= value <= greatest:
                 raise InputError(f"flatbed: {name} {value:g} is outside {least:g} to {greatest:g}.")
-        if self.bits not in (8, 16) or (self.jpeg and self.bits != 8):
-            raise InputError(f"flatbed: {self.bits} bits: use 8 or 16, and 8 for JPEG.")
-        if not all(map(math.isfinite, (self.rotation or 0.0, *(self.offset or ())))):
-            raise InputError("flatbed: rotation and offset must be finite numbers.")
-        for name, pairs in (("offset", (self.offset or (0.0, 0.0),)), ("misregistration", self.misregistration)):
-            most = _FURTHEST[name]
-            if not all(abs(value) <= most for pair in pairs for value in pair):
-                raise InputError(f"flatbed: {name} {getattr(self, name)} is outside −{most:g} to {most:g} mm.")
-        if min(self.crop) < 0:
-            raise InputError(f"flatbed: crop {self.crop} must be four lengths of 0 mm and more.")
 
     @classmethod
     def ideal(cls) -> Self:
         """One that shows the sheet where it lies, sharp, even and without noise; its colours are a scanner's still."""
         return cls(blur=0.0, noise=0.0, shading=0.0, rotation=0.0, offset=(0.0, 0.0))
-
-    @classmethod
-    def of_handwriting(cls) -> Self:
-        """The one that scans a person's pages: paper is shown as white, light goes as it comes."""
-        return cls(
-            shadow=0.3, blur=0.042, noise=0.003, misregistration=((-0.002, 0.008), (0.001, -0.004)), white=0.955,
-            gamma=1.0, shading=0.004, dust=1.5,
-        )  # fmt: skip
-
-    @classmethod
-    def exact(cls) -> Self:
-        """One that shows a written sheet as it is."""
-        return replace(cls.ideal(), gamma=1.0)
-
-    @classmethod
-    def make_worn(cls) -> Self:
-        """An old one with its lid up: dust, tired lamp, dark border, paper not shown as white."""
-        return cls(
-            skew=0.009, slack=1.0, border=2.0, lid=0.25, shadow=0.5, blur=0.05, noise=0.010, white=1.0, gamma=1 / 1.05,
-            misregistration=((-0.010, 0.014), (0.006, -0.010)), shading=0.08, dust=12.0,
-        )  # fmt: skip
 
     @property
     def bands(self) -> Array:
@@ -183,15 +141,78 @@ class FlatbedSettings:
             least, most = (1 / (1 + math.exp(s * _STEEP / 2)) for s in (1, -1))
             curve = (1 / (1 + np.exp(-_STEEP * (shown - 0.5))) - least) / (most - least)
             shown = (1 - self.contrast) * shown + self.contrast * curve
-        if self.grey:
-            shown = np.repeat(shown.mean(axis=-1, keepdims=True), 3, axis=-1)
         return shown.astype(light.dtype)
 
+    def lay(self, page: Page, dpi: float, rng: np.random.Generator) -> GlassPlacement:
+        """Lay a sheet on the glass.  The same state of `rng` gives the same place at any resolution."""
+        turned, aside = rng.normal(0.0, self.skew), rng.normal(0.0, self.slack, 2)
+        angle = turned if self.rotation is None else self.rotation
+        move = aside if self.offset is None else np.asarray(self.offset)
+        cos, sin = math.cos(angle), math.sin(angle)
+        size = np.array([page.width, page.height])
+        # a sheet that lies on its side needs a glass that does too
+        upright = abs(cos) >= abs(sin)
+        room = size if upright else size[::-1]
+        width, height = (room + 2 * self.border).tolist()
+        glass = Page(width, height, page.name)
+        there, back = np.array([[cos, -sin], [sin, cos]]), np.array([[cos, sin], [-sin, cos]])
+        shift = size / 2 - there @ (size / 2) + move + self.border + (room - size) / 2
+        return_shift = size / 2 - back @ (np.array([glass.width, glass.height]) / 2 + move)
+        to_glass, to_sheet = np.column_stack([there, shift]), np.column_stack([back, return_shift])
+        return GlassPlacement(page, glass, to_glass, to_sheet, dpi)
 
-Floats = NDArray[np.float32]
-Field = Callable[[NDArray[np.floating], NDArray[np.floating]], NDArray[np.floating]]
-Lamp = Callable[[NDArray[np.floating], NDArray[np.floating]], Floats]
-Kernels = list[tuple[Array, Array]]
+    def optics(self, dpi: float) -> Kernels:
+        """For red, green and blue the blur along x and along y."""
+        return [(bell(self.blur * dpi / 25.4),) * 2] * 3
+
+    def find_tone(self, light: Floats) -> Tone:
+        """Black, white and power with which a sheet (h, w, 3) is shown."""
+        black, white = (np.full(3, value, dtype=np.float32) for value in (self.black, self.white))
+        if not self.middle:
+            return black, white, 1 / self.gamma
+        shown = np.clip((light[::4, ::4] - black) / (white - black), 0, 1)
+        powers = np.linspace(0.2, 1.5, 131)
+        return black, white, float(np.interp(-self.middle, [-float((shown**p).mean()) for p in powers], powers))
+
+    def stain(self, place: GlassPlacement, light: Floats, rng: np.random.Generator) -> tuple[Stain, Stain]:
+        """What dirt does on the glass, before the optics, and what is added behind the lamp: here nothing."""
+        return (lambda rows, under: under), (lambda rows, lit: lit)
+
+    def scan(self, sheet: SimulatedSheet, dpi: float, rng: np.random.Generator) -> Picture:
+        """(h, w, 3) uint8, or uint16 with 16 bits: the picture of a printed sheet at `dpi` pixels an inch.
+
+        The same state of `rng` lays the sheet and the lamp alike at any resolution.
+
+        Raises InputError: a resolution outside 50–1200 dpi.
+        """
+        import cv2
+
+        if not _DPI[0] <= dpi <= _DPI[1]:
+            raise InputError(f"flatbed: {dpi:g} dpi is outside {_DPI[0]:g} to {_DPI[1]:g}.")
+        place = self.lay(sheet.page, dpi, rng)
+        lamp = _cosine_lamp(self.shading, rng)
+        light = sheet.reflectance(self.bands)
+        if dpi < sheet.dpi:  # a pixel of the scan sees all that lies under it
+            down, across = (max(1, round(side * dpi / sheet.dpi)) for side in light.shape[:2])
+            light = np.asarray(cv2.resize(light, (across, down), interpolation=cv2.INTER_AREA))
+        dirt, streaks = self.stain(place, light, rng)
+        black, white, power = self.find_tone(light)
+        blur = self.optics(dpi)
+        halo = reach(blur)
+        picture: Picture = np.empty((*place.shape, 3), dtype=np.uint8 if self.bits == 8 else np.uint16)
+        height, width = place.shape
+        for start in range(0, height, ROWS):
+            rows = np.arange(start - halo, min(start + ROWS, height) + halo, dtype=np.float64)
+            under = dirt(rows, place.sample(light, rows, cv2.BORDER_CONSTANT, self.lid))
+            inner = slice(halo, len(rows) - halo)
+            lit = blur_rows(under, blur)[inner]
+            lit = lit * lamp((np.arange(width) + 0.5) / width, (rows[inner] + 0.5) / height)[:, :, None]
+            noisy = add_noise(streaks(rows[inner], lit), self.noise, rng)
+            shown = np.asarray(self.apply_tone(np.clip((noisy - black) / (white - black), 0, 1), power))
+            shown *= np.float32(2**self.bits - 1)
+            picture[start : start + ROWS] = np.rint(shown, out=shown)
+        return picture
+
 
 ROWS = 512  # of a picture that are made at a time, so that one of 1200 dpi needs little memory beside itself
 _SHARPEST = 0.2  # pixels: a finer blur is none
@@ -214,12 +235,15 @@ def lamp(loss: float, field: Field, sampled: NDArray[np.floating]) -> Lamp:
     return light_at
 
 
-def kernels(flatbed: FlatbedSettings, dpi: float) -> Kernels:
-    """For red, green and blue the blur along x and along y, moved by the channel's misregistration."""
-    scale = dpi / 25.4
-    red, blue = flatbed.misregistration
-    return [(_bell(flatbed.blur * scale, x * scale), _bell(flatbed.blur * scale, y * scale))
-            for x, y in (red, (0.0, 0.0), blue)]  # fmt: skip
+def _cosine_lamp(loss: float, rng: np.random.Generator) -> Lamp:
+    """The lamp over a picture, places counted 0–1: a few cosines."""
+    cosines = rng.normal(0.0, 1.0, (3, 3)) * [[0.0, 1.0, 0.6], [1.0, 0.4, 0.2], [0.6, 0.2, 0.1]]
+    u = np.linspace(0, 1, 41)
+
+    def field(x: NDArray[np.floating], y: NDArray[np.floating]) -> NDArray[np.floating]:
+        return -smooth_field(cosines, np.asarray(x), np.asarray(y))
+
+    return lamp(loss, field, field(u, u))
 
 
 def reach(blur: Kernels) -> int:
@@ -227,7 +251,7 @@ def reach(blur: Kernels) -> int:
     return max(len(kernel) // 2 for pair in blur for kernel in pair)
 
 
-def _bell(sigma: float, shift: float) -> Array:
+def bell(sigma: float, shift: float = 0.0) -> Array:
     """(2 k + 1,) sum 1: a Gaussian about `shift` pixels, or what moves a picture by so much."""
     extent = math.ceil(4 * sigma + abs(shift)) if sigma > _SHARPEST else math.ceil(abs(shift))
     at = np.arange(-extent, extent + 1)
@@ -263,21 +287,12 @@ def add_noise(light: Floats, noise: float, rng: np.random.Generator) -> Floats:
     return np.asarray(light + scatter)
 
 
-_ORDER = 4  # cosines a side of the warp: what bends faster than a quarter of the sheet is a fold
-_FINER = 4  # bits of a pixel's place
-# dust, set by eye beside real scans: most is finer than a pen's line
-_SIZE, _SPREAD, _LARGEST = 0.035, 0.5, 0.25  # mm radius, of its logarithm, mm
-_HAIRS = 0.2  # of all specks
-_CLEAR = (0.35, 0.9)  # light that a speck lets pass
-
-
 @dataclass(frozen=True, eq=False)
 class GlassPlacement:
     """A sheet on the glass.
 
     sheet : the sheet; glass : what is scanned, whose top left corner is the picture's.
-    to_glass, to_sheet : (2, 3) float: from mm on the sheet to mm on the glass, and back, for a sheet without warp.
-    bends : (2, k, k) cosines of the warp, mm.
+    to_glass, to_sheet : (2, 3) float: from mm on the sheet to mm on the glass, and back.
     dpi : pixels an inch of the picture.
     """
 
@@ -285,7 +300,6 @@ class GlassPlacement:
     glass: Page
     to_glass: Array
     to_sheet: Array
-    bends: Array
     dpi: float
 
     def __post_init__(self) -> None:
@@ -314,75 +328,24 @@ class GlassPlacement:
         strokes = (replace(s, xy=s.xy @ self.to_glass[:, :2].T + self.to_glass[:, 2]) for s in drawing.strokes)
         return Drawing(tuple(strokes), self.glass, drawing.about)
 
-    def on_sheet(self, rows: Array) -> tuple[Floats, Floats]:
-        """(n, w) x and y on the sheet, mm, of the middles of all pixels in `rows` (n,), with the warp."""
+    def on_sheet(self, rows: Array) -> tuple[Array, Array]:
+        """(n, w) x and y on the sheet, mm, of the middles of all pixels in `rows` (n,)."""
         unit = 25.4 / self.dpi
         x, y = ((np.arange(self.shape[1]) + 0.5) * unit)[None, :], ((rows + 0.5) * unit)[:, None]
-        u, v = x[0] / self.glass.width, y[:, 0] / self.glass.height
         (a, b, c), (d, e, f) = self.to_sheet
-        across, down = a * x + b * y + c, d * x + e * y + f
-        if self.bends.any():
-            across += smooth_field(self.bends[0], u, v)
-            down += smooth_field(self.bends[1], u, v)
-        return across.astype(np.float32), down.astype(np.float32)
+        return a * x + b * y + c, d * x + e * y + f
 
+    def sample(self, picture: Floats, rows: Array, mode: int, lid: float) -> Floats:
+        """(n, w, 3) what of a picture of the whole sheet lies under pixels of `rows`; beside it by OpenCV's `mode`."""
+        import cv2
 
-def lay(page: Page, dpi: float, flatbed: FlatbedSettings, rng: np.random.Generator) -> GlassPlacement:
-    """Lay a sheet on the glass.  The same state of `rng` gives the same place at any resolution."""
-    turned, aside = rng.normal(0.0, flatbed.skew), rng.normal(0.0, flatbed.slack, 2)
-    angle = turned if flatbed.rotation is None else flatbed.rotation
-    move = aside if flatbed.offset is None else np.asarray(flatbed.offset)
-    cos, sin = math.cos(angle), math.sin(angle)
-    size = np.array([page.width, page.height])
-    # a sheet that lies on its side needs a glass that does too
-    upright = abs(cos) >= abs(sin)
-    room = size if upright else size[::-1]
-    width, height = (room + 2 * flatbed.border).tolist()
-    glass = Page(width, height, page.name)
-    there, back = np.array([[cos, -sin], [sin, cos]]), np.array([[cos, sin], [-sin, cos]])
-    shift = size / 2 - there @ (size / 2) + move + flatbed.border + (room - size) / 2
-    return_shift = size / 2 - back @ (np.array([glass.width, glass.height]) / 2 + move)
-    to_glass, to_sheet = np.column_stack([there, shift]), np.column_stack([back, return_shift])
-    return GlassPlacement(page, glass, to_glass, to_sheet, bends(flatbed.warp, rng), dpi)
-
-
-def bends(most: float, rng: np.random.Generator) -> Array:
-    """(2, k, k) cosines of a smooth shift that is `most` mm where it is greatest."""
-    u = np.linspace(0, 1, 41)
-    fields = rng.normal(0.0, 1.0, (2, _ORDER, _ORDER)) / (1 + np.add.outer(np.arange(_ORDER), np.arange(_ORDER)))
-    fields[:, 0, 0] = 0
-    size = np.hypot(smooth_field(fields[0], u, u), smooth_field(fields[1], u, u)).max()
-    return np.asarray(fields * (most / size))
+        half, sides = np.float32(0.5), (self.sheet.width, self.sheet.height)
+        places = zip(self.on_sheet(rows), picture.shape[1::-1], sides, strict=True)
+        x, y = (at.astype(np.float32) * np.float32(n / side) - half for at, n, side in places)
+        return np.asarray(cv2.remap(picture, x, y, cv2.INTER_LINEAR, borderMode=mode, borderValue=(lid,) * 3))
 
 
 def smooth_field(cosines: Array, u: Array, v: Array) -> Array:
     """(n, m) a sum of cosines (k, k) at u (m,) across and v (n,) down, both 0–1."""
     order = np.arange(len(cosines))
     return np.asarray(np.cos(np.pi * np.outer(v, order)) @ cosines @ np.cos(np.pi * np.outer(order, u)))
-
-
-def dust(place: GlassPlacement, flatbed: FlatbedSettings, rng: np.random.Generator) -> Floats | None:
-    """(h, w) float32 in 0–1: light that specks and short hairs on the glass let pass; None where it is clean."""
-    import cv2
-
-    area = place.glass.width * place.glass.height / 1e4
-    count = int(rng.poisson(flatbed.dust * area))
-    if not count:
-        return None
-    scale = place.dpi / 25.4
-    clear = np.full(place.shape, 255, dtype=np.uint8)
-    for _ in range(count):
-        at = rng.uniform((0.0, 0.0), (place.glass.width, place.glass.height)) * scale - 0.5
-        grey = round(255 * rng.uniform(*_CLEAR))
-        size = min(_SIZE * math.exp(rng.normal(0.0, _SPREAD)), _LARGEST) * scale
-        if rng.random() < _HAIRS:
-            # a bent fibre of a millimetre or so
-            heading = rng.uniform(0, 2 * math.pi) + np.cumsum(rng.normal(0.0, 0.25, 12))
-            step = rng.uniform(0.05, 0.2) * scale
-            fibre = at + np.cumsum(step * np.column_stack([np.cos(heading), np.sin(heading)]), axis=0)
-            points = np.rint(fibre * 2**_FINER).astype(np.int32)[:, None]
-            cv2.polylines(clear, [points], False, grey, max(1, round(0.7 * size)), cv2.LINE_AA, _FINER)
-        else:
-            middle = tuple(np.rint(at * 2**_FINER).astype(int).tolist())
-            cv2.circle(clear, middle, round(size * 2**_FINER), grey, -1, cv2.LINE_AA, _FINER)
-    return clear.astype(np.float32) * np.float32(1 / 255)

@@ -19,9 +19,8 @@ from numpy.typing import NDArray
 from handout.errors import InputError
 from handout.profiles import Printer
 from handout.simulated import printer
-from handout.simulated.flatbed import SETTINGS
+from handout.simulated.flatbed import SETTINGS, Flatbed
 from handout.simulated.printer import Inkjet, Press
-from handout.simulated.scanner import Flatbed
 from handout.simulated.spectra import WAVELENGTHS, SimulatedSheet, WrittenSheet
 from handout.values import Array, Page
 

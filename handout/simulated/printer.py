@@ -4,7 +4,7 @@ The model of the inks is of the printer's own; nothing that matches colours uses
 a fault: its line in `FAULTS`.
 
     sheet = Inkjet(paper="cream", faults=["clogged"]).print_page(page, 300)
-    picture = Flatbed(noise=0.01, warp=1.0).scan(sheet, 300, np.random.default_rng(0))
+    picture = Flatbed(noise=0.01).scan(sheet, 300, np.random.default_rng(0))
 
 Source: Demichel 1924 (shares), Neugebauer 1937 (mean of the overlaps), Yule and Nielsen 1951 (light that spreads in
 the paper), Viggiano 1985 (the spectral form).
@@ -23,8 +23,7 @@ from numpy.typing import ArrayLike, NDArray
 from handout.errors import InputError
 from handout.profiles import Margins
 from handout.simulated import spectra
-from handout.simulated.flatbed import SETTINGS
-from handout.simulated.scanner import Flatbed
+from handout.simulated.flatbed import SETTINGS, Flatbed
 from handout.simulated.spectra import SimulatedSheet
 from handout.values import Array
 

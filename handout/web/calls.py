@@ -89,6 +89,16 @@ class Write(Body, frozen=True, kw_only=True):
     device: Name | None = None
 
 
+class WritePage(Write, frozen=True):
+    """The same, or one page of it.
+
+    at : a place in the text, characters from 0: only the page that holds it is written, and `page` of the answer is its
+        number where there are others.
+    """
+
+    at: Annotated[int, Meta(ge=0)] | None = None
+
+
 @_with_options(PlotOptions)
 class NewPlot(Write, frozen=True):
     """A text for a plotter: as for files, and how it is plotted."""
@@ -130,6 +140,14 @@ class PenMoveBody(Body, frozen=True):
     device: Name | None = None
     x: Annotated[float, Meta(ge=-2000, le=2000)] = 0.0
     y: Annotated[float, Meta(ge=-2000, le=2000)] = 0.0
+
+
+class SheetOnBed(Body, frozen=True):
+    """How a sheet lies: quarters to the left; x, y : its upper left corner as it is seen, mm from that of the bed."""
+
+    quarters: Literal[0, 1, 2, 3]
+    x: Annotated[float, Meta(ge=-5000, le=5000)]
+    y: Annotated[float, Meta(ge=-5000, le=5000)]
 
 
 PrinterName = Annotated[str, Meta(pattern=r"^[\w.-]{0,100}(?!\n)$")]  # a profile or a queue, and no address

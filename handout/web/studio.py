@@ -75,6 +75,7 @@ class Studio:
         self.quick = Lane(1, _WAITING)
         # two long ones at least, so that what replaces cancelled work need not wait for its end
         self.long = Lane(max(2, min(4, (os.cpu_count() or 1) - 1)), _WAITING)
+        self.typed = Lane(1, _WAITING)  # pages that are looked at while they are typed: what did not change is kept
         self.desk = Lane(1, 8 * _WAITING)
         self.bench = Lane(1, _WAITING)  # the same for calibrations
         self._machines: dict[str, Lane] = {}
@@ -214,7 +215,7 @@ class Studio:
 
     async def open(self) -> None:
         """Begin to work."""
-        for lane in (self.quick, self.long, self.desk, self.bench):
+        for lane in (self.quick, self.typed, self.long, self.desk, self.bench):
             lane.open()
         await self.quick.warm()
 
@@ -224,7 +225,7 @@ class Studio:
             await asyncio.wait_for(asyncio.gather(*map(self.settle_hand, list(self.unkept))), _LAST)
         for waiting in (*self.unkept.values(), *self.running):
             waiting.cancel()
-        lanes = (self.quick, self.long, self.desk, self.bench, *self._machines.values())
+        lanes = (self.quick, self.typed, self.long, self.desk, self.bench, *self._machines.values())
         await asyncio.gather(*(lane.close() for lane in lanes))
         self._alive.close()
         self._folder.cleanup()

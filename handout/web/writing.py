@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from starlette.requests import Request
 from starlette.responses import Response
 
 from handout.pipeline.options import PictureOptions, SheetOptions, StyleDraft, WritingOptions
-from handout.web.calls import Handstyle, KeptStyle, MovementBody, MovementFile, StyledWord, Write
+from handout.web.calls import Handstyle, KeptStyle, MovementBody, MovementFile, StyledWord, WritePage
 from handout.web.hands import name_of, put_beside
 from handout.web.routes import Way, json_answer
 from handout.web.studio import Studio
 from handout.web.tasks import TYPES, file_answer, follow_task
 from handout.web.worker import Call
+
+_SCREEN = 150  # dots an inch of pictures that are looked at, not kept
 
 
 async def choices(studio: Studio, request: Request, body: None) -> Response:
@@ -21,16 +25,18 @@ async def choices(studio: Studio, request: Request, body: None) -> Response:
     return json_answer(facts)
 
 
-async def write(studio: Studio, request: Request, body: Write) -> Response:
+async def write(studio: Studio, request: Request, body: WritePage) -> Response:
     """A text becomes files."""
     folder = studio.folder()
     await studio.settle_hand(studio.hand(body.hand))
     writing = body.options(WritingOptions, hand=studio.hand(body.hand))
-    options = writing, body.options(SheetOptions), body.options(PictureOptions)
+    options = writing, replace(body.options(SheetOptions), at=body.at), body.options(PictureOptions)
     arguments = body.text, body.letter, [folder / f"page.{body.format}"], options
     shown = {"device": body.device, "pictures": put_beside(studio, body.pictures, folder)}
     call = Call("writing.write_sent", arguments, shown, listens=True)
-    lane = studio.quick if body.hand in studio.drawn and body.format == "svg" else studio.long
+    looked_at = body.format == "png" and options[2].dpi <= _SCREEN
+    lane = studio.typed if looked_at else studio.long
+    lane = studio.quick if body.hand in studio.drawn and body.format == "svg" else lane
     task = studio.begin(lane, "writing", call, folder)
     return await follow_task(request, task, TYPES.get(f".{body.format}", "application/octet-stream"))
 
@@ -84,7 +90,7 @@ async def keep_style(studio: Studio, request: Request, body: KeptStyle) -> Respo
 ROUTES = (
     Way("GET", "/api/choices", "Hands, pens, papers, pages, styles, plotters: what requests may name", choices),
     Way("POST", "/api/write", "A text in a hand, as files; with the format's type in Accept the first file itself, "
-        "with Prefer: respond-async the task at once", write, body=Write),
+        "with Prefer: respond-async the task at once", write, body=WritePage),
     Way("GET", "/api/styles/{name}", "A handstyle, and what can be changed of it", show_style),
     Way("POST", "/api/styles", "Keep a style among the user's own, or in the file that was opened", keep_style,
         body=KeptStyle),

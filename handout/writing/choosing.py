@@ -144,8 +144,19 @@ class GlyphChooser:
 
     def __init__(self, stock: GlyphStock, rng: np.random.Generator, variation: float = 1.0) -> None:
         self._stock, self._variation = stock, variation
-        self._seeds, self._known = rng.integers(2**63, size=(2, 2)).tolist(), Counter[str]()
+        self._seeds = rng.integers(2**63, size=(2, 2)).tolist()
+        self._words, self._known = list[str](), Counter[str]()
         self._last, self._times, self._written = np.zeros(0), np.zeros(0), array("q")
+
+    def state(self) -> tuple[GlyphChooser, int, int, Array, Array]:
+        """See `kept_text.Resumable`; the next word makes other arrays, and only adds to what is written."""
+        return self, len(self._words), len(self._written), self._last, self._times
+
+    def resume(self, state: tuple[GlyphChooser, int, int, Array, Array]) -> None:
+        """See there."""
+        other, words, glyphs, self._last, self._times = state
+        self._words, self._written = other._words[:words], other._written[:glyphs]
+        self._known = Counter(self._words)
 
     def word(self, letters: Sequence[Letter], spaces: int = 1, intended: str | None = None) -> Choice:
         """The glyphs for the letters of one word (with its punctuation), `spaces` after the one before."""
@@ -153,6 +164,7 @@ class GlyphChooser:
         word = "".join(part for letter in letters for part in (letter.base, *letter.marks))
         key = (self._known[word], *word.encode())
         self._known[word] += 1
+        self._words.append(word)
         rng = word_stream(self._seeds[0], key)
         candidates = stock.candidates(letters, rng if varied else None)
         new = int(stock.kind.max(initial=-1)) + 1 - len(self._last)
@@ -250,10 +262,11 @@ def choices(paragraphs: Iterable[Sequence[Piece]], choosers: Sequence[GlyphChoos
 
     choosers : that of the text, and that of the words in it that are struck out.
     """
-    return (_chosen(pieces, choosers) for pieces in paragraphs)
+    return (choose_words(pieces, choosers) for pieces in paragraphs)
 
 
-def _chosen(pieces: Sequence[Piece], choosers: Sequence[GlyphChooser]) -> Iterator[Choice]:
+def choose_words(pieces: Sequence[Piece], choosers: Sequence[GlyphChooser]) -> Iterator[Choice]:
+    """The words of a paragraph, or of a part of it, with their glyphs, each chosen when it is asked for."""
     spaces = 0
     for piece in pieces:
         if isinstance(piece, int):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Hashable, Iterable, Iterator, Sequence
 from itertools import groupby, islice, tee
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -10,8 +10,9 @@ import numpy as np
 
 from handout.errors import DoesNotFit
 from handout.values import Manuscript
-from handout.writing.choosing import NO_REWRITES, Choice, GlyphChooser, Rewrites, choices
+from handout.writing.choosing import NO_REWRITES, Choice, GlyphChooser, Rewrites, choices, choose_words
 from handout.writing.drawn_words import DrawnHandwriting
+from handout.writing.kept_text import KeptText, TextWriting, last_text
 from handout.writing.layout import Layout
 from handout.writing.pages import Handwriting, Sheet, Unit, paginate, rows_on_pages
 from handout.writing.slips import slip
@@ -24,7 +25,15 @@ if TYPE_CHECKING:
 
 
 class Proofreader(Protocol):
-    """Who reads paragraphs."""
+    """Who reads paragraphs.
+
+    manner : two of the same read alike; words : what was read so far.
+    """
+
+    @property
+    def manner(self) -> Hashable: ...
+
+    words: list[Any]
 
     def __call__(self, paragraph: SetParagraph, again: Sequence[int] | None = None) -> None:
         """Read one, and have words of it written again; or read some of its words again, and leave them."""
@@ -86,7 +95,8 @@ def each_page(
     """The same, page by page on demand, each with the generator with which `motion.trace` goes on.
 
     No more is written for a page than it takes, a word at a time in a drawn hand, a paragraph in a scanned one, unless
-    `pages` or `layout.fit` ask how much there is.  All characters are checked before the first page.
+    `pages` or `layout.fit` ask how much there is.  All characters are checked before the first page.  A text that
+    begins as the last one did goes on from there.
 
     proofread : looks at each paragraph of a scanned hand when it is set, and has words of it written again.
     """
@@ -100,8 +110,20 @@ def each_page(
     if slip_stream is not None:
         paragraphs = slip(paragraphs, slips, slip_stream)
     choosers = [GlyphChooser(writer.stock, stream, min(layout.jitter, 1.0)) for stream in streams]
+    key = None
+    if not isinstance(seed, np.random.Generator):
+        key = (hand, tuple(seed), layout.jitter, rewrites, bool(slips), proofread and proofread.manner)
+    writing = TextWriting(KeptText() if key is None else last_text(key), (*choosers, *writer.writers))
+    read = [] if proofread is None else proofread.words
+
+    def set_part(pieces: Sequence[Piece]) -> Sequence[tuple[Choice, Unit[Any]]]:
+        part = [(piece, getattr(piece, "__dict__", None)) for piece in pieces]  # what formulas and slips are, too
+        chosen = choose_words(pieces, choosers)
+        return writing.write(part, lambda: list(_set_words(writer, choosers[0], chosen, proofread, rewrites)), read)
+
     words = (
-        set_paragraph(writer, choosers[0], chosen, proofread, rewrites) for chosen in choices(paragraphs, choosers)
+        _gather_formulas((pair for part in _parts(pieces, writer) for pair in set_part(part)), writer)
+        for pieces in paragraphs
     )
     layout, rows = rows_on_pages(words, writer.pitch, layout, pages)
     return paginate(rows, writer, layout, rng)
@@ -148,9 +170,28 @@ def set_paragraph(
     rewrites: Rewrites = NO_REWRITES,
 ) -> Iterator[Unit[Any]]:
     """A paragraph as a handwriting sets it, and what its proofreader makes of it."""
+    return _gather_formulas(_set_words(writer, chooser, words, proofread, rewrites), writer)
+
+
+def _parts(pieces: Sequence[Piece], writer: Handwriting[Any]) -> Iterator[Sequence[Piece]]:
+    """What of a paragraph is set at a time: each word with the spaces before it, or all of it in a scanned hand."""
+    if not isinstance(writer, DrawnHandwriting):
+        yield pieces
+        return
+    begin = 0
+    for end, piece in enumerate(pieces, 1):
+        if not isinstance(piece, int):
+            yield pieces[begin:end]
+            begin = end
+
+
+def _set_words(
+    writer: Any, chooser: GlyphChooser, words: Iterator[Choice], proofread: Proofreader | None, rewrites: Rewrites
+) -> Iterable[tuple[Choice, Unit[Any]]]:
+    """The same, each word with its glyphs."""
     if proofread is None and (not rewrites.times or isinstance(writer, DrawnHandwriting)):
         words, noted = tee(words)
-        return _gather_formulas(zip(noted, writer.set_paragraph(words), strict=True), writer)
+        return zip(noted, writer.set_paragraph(words), strict=True)
     from handout.writing.scanned_words import SetParagraph
 
     paragraph = SetParagraph(writer, chooser, list(words))
@@ -159,7 +200,7 @@ def set_paragraph(
     places = paragraph.rewrite(rewrites)
     if proofread is not None and places:
         proofread(paragraph, places)
-    return _gather_formulas(zip(paragraph.choices, paragraph.units, strict=True), writer)
+    return zip(paragraph.choices, paragraph.units, strict=True)
 
 
 def _gather_formulas(set_words: Iterable[tuple[Choice, Unit[Any]]], writer: Handwriting[Any]) -> Iterator[Unit[Any]]:

@@ -6,7 +6,6 @@ Word space is letter space (x-height 1, baseline 0, y up) with the word's first 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from copy import copy
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import pairwise
@@ -234,6 +233,7 @@ class WordWriter:
         self._rise = Drift(self._vary.rise, varying.LETTER_MEMORY, rng)
         self._height = Drift(self._vary.height, varying.LETTER_MEMORY, rng)
         self._slur = Drift(self._vary.slur, varying.LETTER_MEMORY, rng)
+        self._drifts = [each for each in vars(self).values() if isinstance(each, Drift)]
 
     def word(self, forms: Sequence[Glyph], letters: Sequence[Letter], rng: np.random.Generator) -> Word[PlannedGlyph]:
         """Set the chosen forms of a word side by side; `rng` makes all variation."""
@@ -263,11 +263,19 @@ class WordWriter:
 
     def other(self, forms: Sequence[Glyph], letters: Sequence[Letter], rng: np.random.Generator) -> Word[PlannedGlyph]:
         """Write the last word again with another generator; the next word comes out as if this had not happened."""
-        other = copy(self)
-        for name, drift in vars(self).items():
-            if isinstance(drift, Drift):
-                setattr(other, name, copy(drift))
-        return other.word(forms, letters, rng)
+        state = self.state()
+        word = self.word(forms, letters, rng)
+        self.resume(state)
+        return word
+
+    def state(self) -> Sequence[float]:
+        """See `kept_text.Resumable`: where everything that drifts from word to word has come to."""
+        return [drift.value for drift in self._drifts]
+
+    def resume(self, state: Sequence[float]) -> None:
+        """See there."""
+        for drift, value in zip(self._drifts, state, strict=True):
+            drift.value = value
 
     def _set_glyphs(self, glyphs: Sequence[Glyph], rng: np.random.Generator) -> tuple[Array, float]:
         """All points of the glyphs side by side, (n, 2), and the advance of the whole."""
@@ -339,7 +347,7 @@ class DrawnHandwriting:
         self, hand: Hand, streams: Sequence[np.random.Generator], jitter: float, rewrites: Rewrites = NO_REWRITES
     ) -> None:
         self._hand, self._jitter, self._rewrites = hand, jitter, rewrites
-        self._writers = [WordWriter(hand, rng, jitter) for rng in streams]
+        self.writers: Sequence[WordWriter] = [WordWriter(hand, rng, jitter) for rng in streams]
         self.baseline_model, self.stock = USUAL_BASELINES, drawn_forms(hand)
         self.name, self.pitch, self.space, self.repertoire = hand.name, hand.pitch, hand.word_space, hand.repertoire
 
@@ -347,7 +355,7 @@ class DrawnHandwriting:
         """See `pages.Handwriting`."""
         from handout.mathematics.shapes import Wander
 
-        return Wander(word_stream(self._writers[0].seeds[0], (*key, 0)), self._jitter)
+        return Wander(word_stream(self.writers[0].seeds[0], (*key, 0)), self._jitter)
 
     def ink_box(self, word: Word[PlannedGlyph]) -> tuple[float, float, float, float]:
         """See `pages.Handwriting`."""
@@ -358,7 +366,7 @@ class DrawnHandwriting:
     def set_paragraph(self, words: Iterable[Choice]) -> Iterator[Unit[PlannedGlyph]]:
         """See `pages.Handwriting`."""
         for choice in words:
-            writer = self._writers[choice.intended is not None]
+            writer = self.writers[choice.intended is not None]
             forms, at = [self.stock.glyphs[number] for number in choice.numbers], choice.letters[0].at
             rng = word_stream(writer.seeds[0], choice.key)
             word = writer.word(forms, choice.letters, rng)

@@ -163,6 +163,7 @@ class Layout:
     ruling : the rules of a lined sheet that lines are written on; `line_spacing` says nothing then.
     rewritten : words that are written again while all others stay as they are: where each begins in the text, and how
         many times.
+    at : a place in the text, graphemes from 0: only the page that holds it is placed; past the end the last one.
 
     Raises
     ------
@@ -179,6 +180,7 @@ class Layout:
     jitter: float = 1.0
     ruling: Ruling | None = None
     rewritten: tuple[tuple[int, int], ...] = ()
+    at: int | None = None
 
     def __post_init__(self) -> None:
         top, right, bottom, left = self.margin

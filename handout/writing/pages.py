@@ -20,6 +20,7 @@ from handout.errors import DoesNotFit
 from handout.hand.protocol import Repertoire
 from handout.values import Array, Glyph, Line, Manuscript, Placed
 from handout.writing.choosing import Choice, GlyphStock
+from handout.writing.kept_text import Resumable
 from handout.writing.layout import ASCENT, DESCENT, FOOT_ABOVE_RULE, BaselineModel, Layout, line_geometries, on_rules
 from handout.writing.slips import StrikeThrough
 
@@ -121,6 +122,7 @@ class Handwriting(Protocol[G]):
     pitch : usual distance of lines, x-heights; space : usual gap between words.
     repertoire : what the hand can write.
     stock : its glyphs, for choosing.
+    writers : what its words change for the next ones.
     baseline_model : how its lines lie on a page.
     """
 
@@ -134,6 +136,8 @@ class Handwriting(Protocol[G]):
     def repertoire(self) -> Repertoire: ...
     @property
     def stock(self) -> GlyphStock: ...
+    @property
+    def writers(self) -> Sequence[Resumable]: ...
     @property
     def baseline_model(self) -> BaselineModel: ...
     def wander(self, key: Sequence[int]) -> Wander:
@@ -397,10 +401,12 @@ def _too_long(rows: int, pitch: float, layout: Layout, limit: int) -> DoesNotFit
 class Sheet(NamedTuple):
     """A page as it is made.
 
+    number : from 1.
     rng : where its variation goes on, when it is given time or ink.
     last : whether the text ends on it.
     """
 
+    number: int
     manuscript: Manuscript
     rng: np.random.Generator
     last: bool
@@ -433,15 +439,22 @@ def paginate(
 def _paginate_rows(
     rows: Iterable[UnitRow[G]], writer: Handwriting[G], layout: Layout, rng: np.random.Generator, held: int
 ) -> Iterator[Sheet]:
-    """Pages of `held` rows."""
+    """Pages of `held` rows, or the one that holds a place."""
     strike_through = StrikeThrough(rng.spawn(1)[0])
-    coming, number = iter(rows), 0
+    coming, number, at = iter(rows), 0, layout.at
     page = list(islice(coming, held))
     while page:
         number += 1
         following = list(islice(coming, 1))  # all words are written when there is nothing behind a page
         page_rng = rng.spawn(1)[0]
-        yield Sheet(_sheet(page, writer, layout, page_rng, strike_through, number), page_rng, not following)
+        units = [unit for row in page for unit in row.units]
+        before = at is not None and following and max((max(unit.word.at) for unit in units), default=-1) < at
+        if not before or any(unit.intended is not None for unit in units):  # words are struck through in turn
+            placed = _sheet(page, writer, layout, page_rng, strike_through, number)
+        if not before:
+            yield Sheet(number, placed, page_rng, not following)
+            if at is not None:
+                return
         page = list(islice(chain(following, coming), held))
 
 

@@ -23,6 +23,7 @@ from handout.values import Glyph, Ink, LineGraph, Placed
 from handout.writing.bending import Bend
 from handout.writing.choosing import Choice, GlyphChooser, Prices, Rewrites, word_stream
 from handout.writing.glyph_index import GlyphIndex, index_glyphs
+from handout.writing.kept_text import Resumable
 from handout.writing.layout import author_baselines
 from handout.writing.pages import ToPage, Unit, Word, wide_gap
 from handout.writing.spacing import WORDS
@@ -88,8 +89,11 @@ class ScannedHandwriting:
 
     Attributes
     ----------
+    writers : none, since every word varies by itself.
     again, rewriting : seeds by which words are set that read as others, and those that are to be written again.
     """
+
+    writers: Sequence[Resumable] = ()
 
     def __init__(self, hand: ScannedHand, rng: np.random.Generator, variation: float) -> None:
         self._hand, self._variation = hand, variation

@@ -87,13 +87,13 @@ class Drift:
 
     def __init__(self, sd: float, memory: float, rng: np.random.Generator) -> None:
         self._sd, self._memory = sd, memory
-        self._value = float(rng.normal(0.0, sd))
+        self.value = float(rng.normal(0.0, sd))
 
     def draw_next(self, rng: np.random.Generator) -> float:
         """The next value; of standard deviation `sd`, correlated by `memory` with the one before."""
         fresh = rng.normal(0.0, self._sd * np.sqrt(1 - self._memory**2))
-        self._value = self._memory * self._value + float(fresh)
-        return self._value
+        self.value = self._memory * self.value + float(fresh)
+        return self.value
 
     def walk(self, rng: np.random.Generator, n: int) -> Array:
         """(n,): the next n values."""

@@ -16,14 +16,14 @@ from handout.inking.pen import Pen, rgb, usual
 from handout.inking.pens import pass_light
 from handout.motion.trace import letters_of_samples, trace
 from handout.page_sizes import page
-from handout.simulated.flatbed import GlassPlacement, dust, lay
-from handout.simulated.scanner import Flatbed
+from handout.simulated.flatbed import GlassPlacement
 from handout.values import Drawing, Manuscript, Page
 from handout.writing.compose import compose
 from handout.writing.layout import Layout
 from handout_lab.author import ink_ownership
 from handout_lab.author import written as scanned
 from handout_lab.author.truth import Simulated, Truth
+from handout_lab.author.worn_flatbed import WornFlatbed, dust
 
 LEAST_DPI, MOST_DPI = 72.0, 1200.0  # below what readers take (100) to what flatbeds have; set by eye
 _MOST = 250e6  # pixels: the truth takes 30 bytes of each
@@ -51,7 +51,7 @@ class Desk:
     paper: Paper = _PLAIN
     layout: Layout | None = None
     dpi: float = 300.0
-    flatbed: Flatbed = field(default_factory=Flatbed.of_handwriting)
+    flatbed: WornFlatbed = field(default_factory=WornFlatbed.of_handwriting)
     bits: int = 8
 
     def __post_init__(self) -> None:
@@ -107,7 +107,7 @@ def scan(
     desk.check(manuscript.page)
     flatbed, pen = desk.flatbed, desk.pen or usual("ballpoint")
     placing, inking, making, glass, sensor = rng.spawn(5)
-    place = lay(manuscript.page, desk.dpi, flatbed, placing)
+    place = flatbed.lay(manuscript.page, desk.dpi, placing)
     light, density = _inked(place.lay(drawing), place, pen, inking)
     ground = scanned.ground(place, _sheet(desk.paper, manuscript, desk.dpi, making), flatbed)
     rows = scanned.layers(place, ground, light, dust(place, flatbed, glass), flatbed, sensor)
@@ -162,7 +162,7 @@ def _matte(inked: NDArray[np.float32], bare: NDArray[np.float32]) -> NDArray[np.
     return np.asarray(np.clip(hidden.max(axis=2), 0, 1))
 
 
-def _usual_alpha(pen: Pen, paper: Paper, flatbed: Flatbed) -> float:
+def _usual_alpha(pen: Pen, paper: Paper, flatbed: WornFlatbed) -> float:
     """Alpha of one usual pass on the paper's usual white."""
     picture = sheet(Paper("none") if paper.name == "none" else paper, Page(4, 4), 72, np.random.default_rng(0))
     white = np.ones(3) if picture is None else np.median(picture.reshape(-1, 3), axis=0) / 255

@@ -1,6 +1,6 @@
 """The picture of a written sheet, layer by layer: the paper, the same with ink, and the picture with dust and noise.
 
-A printed sheet is scanned by `scanner.scan`: that knows its spectra at the printer's resolution and bends it.  Here the
+A printed sheet is scanned by `Flatbed.scan`: that knows its spectra at the printer's resolution and bends it.  Here the
 ink is drawn on the glass at the picture's own resolution, so that the truth about every pixel is exact; warp, flare,
 glare and what a scanner's program does by itself are left out.  Both lay the sheet, blur, scatter and show light alike.
 The lamp here is a polynomial and not cosines: the scanned hands that ship were made with it.
@@ -16,15 +16,14 @@ from numpy.typing import NDArray
 
 from handout.simulated.flatbed import (
     ROWS,
-    FlatbedSettings,
     GlassPlacement,
     Lamp,
     add_noise,
     blur_rows,
-    kernels,
     lamp,
     reach,
 )
+from handout_lab.author.worn_flatbed import WornFlatbed
 
 Floats = NDArray[np.float32]
 
@@ -33,7 +32,7 @@ _SEEN = 6.0  # mm of the shadow beside a sheet
 _DEPTH = 1.1  # mm: the shadow's, which falls off as exp(−d / depth); set by eye beside real scans
 
 
-def ground(place: GlassPlacement, paper: NDArray[np.uint8], flatbed: FlatbedSettings) -> NDArray[np.uint8]:
+def ground(place: GlassPlacement, paper: NDArray[np.uint8], flatbed: WornFlatbed) -> NDArray[np.uint8]:
     """(h, w, 3) uint8: what lies on the glass: the paper (h', w', 3), turned, and the lid with the sheet's shadow."""
     import cv2
 
@@ -55,7 +54,7 @@ def ground(place: GlassPlacement, paper: NDArray[np.uint8], flatbed: FlatbedSett
     return np.asarray(turned, dtype=np.uint8)
 
 
-def _shade(around: NDArray[np.uint8], margin: int, unit: float, flatbed: FlatbedSettings) -> None:
+def _shade(around: NDArray[np.uint8], margin: int, unit: float, flatbed: WornFlatbed) -> None:
     """The shadow of the sheet's edge on the lid, which is a little further away than the glass."""
     away = (np.arange(margin) + 0.5)[::-1] * unit
     light = 255 * flatbed.lid * (1 - flatbed.shadow * np.exp(-away / _DEPTH))
@@ -84,7 +83,7 @@ def layers(
     paper: NDArray[np.uint8],
     light: NDArray[np.uint16],
     specks: Floats | None,
-    flatbed: FlatbedSettings,
+    flatbed: WornFlatbed,
     rng: np.random.Generator,
 ) -> Iterator[Rows]:
     """Scan, some rows at a time.
@@ -96,7 +95,7 @@ def layers(
     specks : (h, w) float32 in 0–1, light that dust on the glass lets pass; None: no dust.
     """
     height, width = paper.shape[:2]
-    blur = kernels(flatbed, place.dpi)
+    blur = flatbed.optics(place.dpi)
     halo = reach(blur)
     lamp = _lamp(flatbed, rng)
     columns, lines = (np.linspace(-1, 1, size, dtype=np.float32) for size in (width, height))
@@ -114,7 +113,7 @@ def layers(
         yield Rows(start, flatbed.show_light(noisy), flatbed.show_light(sheet), flatbed.show_light(shown))
 
 
-def _lamp(flatbed: FlatbedSettings, rng: np.random.Generator) -> Lamp:
+def _lamp(flatbed: WornFlatbed, rng: np.random.Generator) -> Lamp:
     """The lamp over a picture, places counted −1 to 1: it falls off along a random direction."""
     w = rng.normal(0.0, [1.0, 1.0, 0.6, 0.6, 0.4])
     u = np.linspace(-1, 1, 33)

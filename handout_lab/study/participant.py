@@ -11,8 +11,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from handout.simulated.flatbed import Flatbed
 from handout.simulated.print_and_scan import ink_of
-from handout.simulated.scanner import Flatbed
 from handout.simulated.spectra import SimulatedSheet, WrittenSheet
 from handout.values import Array
 from handout_lab.study.design import Item, Person

@@ -16,8 +16,8 @@ from handout.colour.chart import chart
 from handout.colour.models.forward import Patches
 from handout.colour.reading import read_scans
 from handout.simulated import print_and_scan as loop
+from handout.simulated.flatbed import Flatbed
 from handout.simulated.printer import Inkjet
-from handout.simulated.scanner import Flatbed
 
 DPI = 80
 

@@ -11,7 +11,7 @@ from handout.cli import main
 from handout.colour import exports, icc, table
 from handout.simulated import print_and_scan
 from handout.simulated import print_and_scan as loop
-from handout.simulated.scanner import Flatbed
+from handout.simulated.flatbed import Flatbed
 
 TABLE = "name,street,city\nAda Lovelace,12 St James's Square,London\n"
 

@@ -19,7 +19,7 @@ from handout.pipeline.options import CalibrationOptions, CalibrationPlace
 from handout.pipeline.results import Attendant
 from handout.printing import printers
 from handout.simulated import print_and_scan as loop
-from handout.simulated.scanner import Flatbed
+from handout.simulated.flatbed import Flatbed
 
 DPI = 80
 PLACE = CalibrationPlace("sim", "white")

@@ -11,9 +11,8 @@ from handout.colour.reading.pen_field import load, save
 from handout.errors import InputError
 from handout.hand.library import find
 from handout.simulated import print_and_scan as loop
-from handout.simulated.flatbed import SETTINGS
+from handout.simulated.flatbed import SETTINGS, Flatbed
 from handout.simulated.printer import Inkjet
-from handout.simulated.scanner import Flatbed
 from handout.simulated.spectra import SimulatedSheet
 from handout.values import Raster
 

@@ -12,8 +12,8 @@ from handout.colour import conversions
 from handout.colour.models.forward import look_up
 from handout.colour.reading import ChartScan, ScanRefused
 from handout.errors import InputError
+from handout.simulated.flatbed import Flatbed
 from handout.simulated.printer import Inkjet
-from handout.simulated.scanner import Flatbed
 
 # they rest on scans that take seconds to make
 pytestmark = pytest.mark.slow

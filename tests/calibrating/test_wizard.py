@@ -10,8 +10,8 @@ from handout.calibrating import store
 from handout.calibrating.wizard import CalibrationTask, ScansRefused, Step, Wizard, remove
 from handout.errors import InputError
 from handout.simulated import print_and_scan as loop
+from handout.simulated.flatbed import Flatbed
 from handout.simulated.printer import Inkjet
-from handout.simulated.scanner import Flatbed
 
 DPI = 80
 

@@ -53,6 +53,16 @@ def test_a_proof_shows_every_page_and_approves_what_it_shows(call, monkeypatch):
 
 
 @pytest.mark.slow
+def test_several_processes_make_the_same_proof(call):
+    Path("letter.txt").write_text("Dear {{ first_name }},\nthanks for {{ gift }}\n", encoding="utf-8")
+    told = [json.loads(call("proof", *LETTER, *QUICK, "--seed", 4, "-o", f"{n}.html", "--jobs", n, "--json", code=4)[0])
+            for n in (1, 2)]  # fmt: skip
+    one, two = ({**each, "files": []} for each in told)
+    assert one == two and one["rows"] == 2
+    assert Path("1.html").read_bytes() == Path("2.html").read_bytes()
+
+
+@pytest.mark.slow
 def test_rows_that_cannot_be_made_stand_at_the_top(call):
     Path("letter.txt").write_text("Dear {{ first_name }},\nthanks for {{ gift }}\n", encoding="utf-8")
     _, err = call("proof", *LETTER, *QUICK, "-o", "proof.html", code=4)

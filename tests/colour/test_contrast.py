@@ -9,8 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from handout.colour.ink_match import apply_curve, chart_contrast, undo_curve
+from handout.simulated.flatbed import Flatbed
 from handout.simulated.printer import PAPERS, Inkjet
-from handout.simulated.scanner import Flatbed
 from handout_lab.offset_press import Measured
 
 LEVELS = np.rint(np.linspace(0, 255, 8)) / 255

@@ -7,9 +7,8 @@ import pytest
 from handout.colour import conversions
 from handout.colour.ink_match import Tone, density_of, match, strokes_in
 from handout.simulated import spectra
-from handout.simulated.flatbed import SETTINGS
+from handout.simulated.flatbed import SETTINGS, Flatbed
 from handout.simulated.printer import PAPERS
-from handout.simulated.scanner import Flatbed
 from handout.values import Raster
 
 DPI = 300

@@ -11,8 +11,8 @@ from handout.calibrating.print_diagnosis import check_change, check_strength, di
 from handout.calibrating.store import PATCHES, Calibration
 from handout.colour.chart import chart
 from handout.colour.reading import ChartReading, ScanFinding
+from handout.simulated.flatbed import Flatbed
 from handout.simulated.printer import PAPERS, Inkjet
-from handout.simulated.scanner import Flatbed
 from handout_lab.offset_press import Measured
 
 DEVICE = chart("A4").colours

@@ -58,7 +58,7 @@ WORKED_OUT = {
     "manner 7": (3118, 1079.8493559, -6.1851339),
     "misread 2": (291, 0.0, 0.0),
     "inks 1": (293, 3560338.0, 1923659.8301),
-    "strokes by house-joined, house-quick, house-print 5": (2754, 2319.7426581, 342.5051267),
+    "strokes by house-joined, house-quick, house-print 7": (2754, 2319.7667986, 207.2884372),
 }
 
 

@@ -13,15 +13,17 @@ RING = np.array([[0, 1], [1, 2], [2, 3], [3, 0], [2, 4], [4, 5]])  # a ring with
 
 def same(one, other):
     alike = len(one.strokes) == len(other.strokes) and all(map(np.array_equal, one.strokes, other.strokes))
+    alike = alike and one.guessed == other.guessed
     return alike and one.delayed == other.delayed and (one.bars or one.delayed) == (other.bars or other.delayed)
 
 
 def test_strokes_come_back_as_they_were():
     ways = ([5, 4, 2, 1, 0, 3, 2], [6], [0, 1, 2, 3, 0, 1], [5, 4, 2, 3], [3, 5])
     told = tuple(k == 1 for k in range(len(ways)))
-    written = LetterStrokes(tuple(map(np.array, ways)), told, told[::-1])
-    numbers = strokes_as_numbers(written, RING)
-    assert same(strokes_of_numbers(numbers, RING, 7), written)
+    for guessed in (False, True):
+        written = LetterStrokes(tuple(map(np.array, ways)), told, told[::-1], guessed)
+        numbers = strokes_as_numbers(written, RING)
+        assert same(strokes_of_numbers(numbers, RING, 7), written)
     assert strokes_of_numbers(numbers, RING, 6) is None  # of another line
 
 

@@ -11,7 +11,7 @@ from inked import arc
 from handout.motion.recovery.carried_strokes import carried_cost, carry_strokes
 from handout.motion.recovery.letter_line import Candidate, LetterLine
 from handout.motion.recovery.stroke_order import StrokeOrderModel, stroke_order_model
-from handout.motion.recovery.writer_habits import instance_of, learn_habit
+from handout.motion.recovery.writer_habits import Instance, WriterHabit, instance_of, learn_habit, measure_reordering
 from handout.values import LineGraph, Moments
 
 FORTH, BACK = "anticlockwise", "clockwise"
@@ -35,33 +35,37 @@ def way(chosen: Candidate) -> str:
     return FORTH if only[0] < only[-1] else BACK
 
 
+def chosen(learnt: WriterHabit, one: Instance, number: int = -1) -> Candidate:
+    return one.candidates[int(learnt.weigh(one, number).argmin())]
+
+
 def test_what_the_line_leaves_open_is_as_it_is_elsewhere():
     others = [bowl(0.0, 3.0, seed=k) for k in range(4)]
     odd = bowl(1.5, 0.0, seed=9)
     learnt = learn_habit([*others, odd])
     assert way(odd.candidates[0]) == BACK
-    assert way(learnt.choose(odd, 4)) == FORTH
-    assert [way(learnt.choose(one, k)) for k, one in enumerate(others)] == [FORTH] * 4
+    assert way(chosen(learnt, odd, 4)) == FORTH
+    assert [way(chosen(learnt, one, k)) for k, one in enumerate(others)] == [FORTH] * 4
     # so is one that nothing was learnt from
-    assert way(learnt.choose(bowl(1.5, 0.0, seed=11))) == FORTH
+    assert way(chosen(learnt, bowl(1.5, 0.0, seed=11))) == FORTH
 
 
 def test_what_the_line_tells_is_not_overruled():
     learnt = learn_habit([bowl(0.0, 3.0, seed=k) for k in range(4)])
-    assert way(learnt.choose(bowl(15.0, 0.0, seed=9))) == BACK
+    assert way(chosen(learnt, bowl(15.0, 0.0, seed=9))) == BACK
 
 
 def test_instances_explain_one_another():
     # half of them are nearly open, and alone would be followed wrongly
     pool = [bowl(0.0, 0.3, seed=k) for k in range(3)] + [bowl(4.0, 0.0, seed=k) for k in range(3, 6)]
     learnt = learn_habit(pool)
-    assert {way(learnt.choose(one, k)) for k, one in enumerate(pool)} == {BACK}
+    assert {way(chosen(learnt, one, k)) for k, one in enumerate(pool)} == {BACK}
 
 
 def test_two_ways_of_one_author_live_side_by_side():
     pool = [bowl(0.0, 4.0, seed=k) for k in range(3)] + [bowl(4.0, 0.0, seed=k) for k in range(3, 6)]
     learnt = learn_habit(pool)
-    assert [way(learnt.choose(one, k)) for k, one in enumerate(pool)] == [FORTH] * 3 + [BACK] * 3
+    assert [way(chosen(learnt, one, k)) for k, one in enumerate(pool)] == [FORTH] * 3 + [BACK] * 3
 
 
 def test_one_instance_tells_nothing_of_the_others():
@@ -73,7 +77,7 @@ def test_no_instance_bears_witness_for_itself():
     pool = [bowl(0.0, 0.2, seed=k) for k in range(2)]
     learnt = learn_habit(pool)
     # it has only the other one to go by; asked for as a stranger it would find itself
-    assert learnt.choose(pool[0], 0) is pool[0].candidates[0]
+    assert chosen(learnt, pool[0], 0) is pool[0].candidates[0]
     assert set(learnt.owner.tolist()) == {0, 1}
     for k in range(2):
         assert learnt.share[learnt.owner == k].sum() == pytest.approx(1.0, abs=0.05)
@@ -84,7 +88,27 @@ def test_no_instance_bears_witness_for_itself():
 def test_where_every_instance_agrees_nothing_changes(costs, wide):
     pool = [bowl(0.0, cost + 0.5, seed=k, wide=0.5 * 1.1**wide) for k, cost in enumerate(costs)]
     learnt = learn_habit(pool)
-    assert all(learnt.choose(one, k) is one.candidates[0] for k, one in enumerate(pool))
+    assert all(chosen(learnt, one, k) is one.candidates[0] for k, one in enumerate(pool))
+
+
+def test_orders_are_apart_by_when_the_pen_is_where():
+    forth, stem, bar = np.arange(20), np.arange(12), np.arange(12, 20)
+    assert measure_reordering((forth,), (forth,)) == 0.0
+    assert measure_reordering((forth,), (forth[::-1],)) == pytest.approx(0.5, abs=0.02)
+    assert measure_reordering((stem, bar), (bar, stem)) > 0.4
+    # going back to where it began a little earlier makes no other order
+    assert measure_reordering((forth,), (np.concatenate([forth[1::-1], forth[1:]]),)) < 0.1
+
+
+def test_an_order_is_guessed_where_another_costs_as_much(small_hand):
+    model = StrokeOrderModel(small_hand, ("house-quick",))
+    number = int(small_hand.numbers_of_letter("e")[0])
+    line = model._letter_line(number)[0]
+    model._habits["e"] = (), None
+    forth = np.arange(len(line.xy))
+    for more, order, guessed in ((0.0, forth[::-1], True), (9.0, forth[::-1], False), (0.0, forth, False)):
+        found = [Candidate((way,), cost, lambda: ((False,), (False,))) for way, cost in ((forth, 0.0), (order, more))]
+        assert model._choose(number, instance_of(found, line, len(line.xy))).guessed is guessed
 
 
 def test_it_does_not_matter_which_glyph_is_asked_for_first(small_hand):

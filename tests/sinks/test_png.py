@@ -60,6 +60,13 @@ def test_palette_gives_the_same_picture_in_fewer_bytes() -> None:
     assert len(small) < 0.8 * len(large)
 
 
+@pytest.mark.parametrize("shape", [(1, 1, 3), (600, 5, 4), (513, 7, 3), (300, 9)])
+def test_any_number_of_rows_comes_back(shape: tuple[int, ...]) -> None:
+    pixels = np.random.default_rng(0).integers(0, 256, shape, dtype=np.uint8)
+    data = to_png(pixels, 100, about={"hand": "Zoë"})
+    assert np.array_equal(np.asarray(opened(data)), pixels) and opened(data).info["hand"] == "Zoë"
+
+
 def test_same_bytes() -> None:
     drawing = loops()
     first, second = (to_png(plain.ink(drawing, 150), about=drawing.about) for _ in range(2))

@@ -66,6 +66,28 @@ def test_a_text_is_written_changed_watched_and_downloaded(page):
     assert 'data-t0="' in Path(download.value.path()).read_text(encoding="utf-8")
 
 
+def test_the_page_that_is_typed_on_is_written_first_and_all_when_typing_rests(page):
+    asked = []
+    page.on("request", lambda one: asked.append(one.post_data_json) if one.url.endswith("/api/write") else None)
+    text = page.get_by_label("Text", exact=True)
+    text.fill("the quick brown fox jumps over the lazy dog " * 30)
+    text.press("End")
+    with page.expect_request(lambda one: one.url.endswith("/api/write") and "at" not in one.post_data_json):
+        text.type("and on ")
+    page.locator(".pages", has_text=re.compile(r"page ([3-9]) of \1")).wait_for()
+    assert "at" in asked[0]
+    assert len(asked) < 2 + len("and on "), "what was typed over meanwhile is not written"
+    typed = page.locator(".sheet path.stroke").last.get_attribute("d")
+    page.get_by_role("button", name="Page before").click()
+    page.wait_for_selector(f'.sheet svg:not(:has(path.stroke[d="{typed}"]))')
+    count = len(asked)
+    page.get_by_role("button", name="Next page").click()
+    page.wait_for_selector(f'.sheet path.stroke[d="{typed}"]')
+    assert len(asked) == count, "all pages are there"
+    text.fill("Dear Ada, here is a card")
+    page.locator(".pages", has_text="one page").wait_for()
+
+
 def test_words_that_read_as_others_are_framed_where_they_lie(page):
     """The server's answer is given a doubtful word, since which words are is a matter of the reader's weights."""
 
@@ -304,6 +326,22 @@ def test_a_text_goes_to_the_plotter_and_its_pen_is_seen(page):
     page.get_by_role("button", name="Make …").click()
     page.get_by_role("button", name="Look at it on the bed").click()
     page.locator(".bed .stroke.pale").first.wait_for()
+    assert axe(page) == []
+    for way in ("to the left", "towards you"):
+        page.get_by_role("button", name="Turn the sheet").press("Enter")
+        page.get_by_text(f"The sheet lies with its top edge {way}.").wait_for()
+    page.locator(".bed .movable").press("ArrowRight")
+    page.locator(".bed .movable").press("Shift+ArrowRight")
+    sheet = page.locator(".bed .leaf").bounding_box()
+    page.mouse.move(sheet["x"] + 5, sheet["y"] + 5)
+    page.mouse.down()
+    page.mouse.move(sheet["x"] + 45, sheet["y"] + 5)
+    with page.expect_response("**/sheet"):
+        page.mouse.up()
+    page.locator('.bed .movable:not([transform^="translate"])').wait_for()
+    moved = page.locator(".bed .leaf").bounding_box()
+    assert abs(moved["x"] - sheet["x"] - 40) < 3 and abs(moved["y"] - sheet["y"]) < 3
+    kept(page, "jobs-laid", 500)
     assert axe(page) == []
     assert page.get_by_label("Connected at").input_value() == "", "no machine is chosen unasked, nor the simulated one"
     page.get_by_role("button", name="Draw", exact=True).press("Enter")

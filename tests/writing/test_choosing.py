@@ -141,6 +141,7 @@ def test_one_word_of_a_text_is_written_again_and_the_others_stay(small_hand):
         assert attempt.unit.word.glyphs[1].number != number
         paragraph.keep(attempt)
 
+    look.words = []
     plain, again = inks(), inks(look)
     hen = slice(6, 9)
     assert again[7].number != plain[7].number

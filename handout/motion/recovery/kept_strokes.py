@@ -1,8 +1,8 @@
 """The strokes of a hand's glyphs as one row of whole numbers, to be kept with the hand: how branches follow each other.
 
-Of each glyph: how many strokes; of each stroke: 1 if it is delayed and 2 if it is a crossbar, added up; its first
-vertex; and how many runs follow, of each the vertex to which the pen goes and how many it then goes through, where the
-line leads only one way.
+Of each glyph: how many strokes; of each stroke: 1 if it is delayed, 2 if it is a crossbar and 4 if the order of the
+glyph's is guessed, added up; its first vertex; and how many runs follow, of each the vertex to which the pen goes and
+how many it then goes through, where the line leads only one way.
 """
 
 from __future__ import annotations
@@ -43,7 +43,12 @@ def strokes_as_numbers(written: LetterStrokes, edges: Indices) -> list[int]:
                 runs[-1][1] += 1
             else:
                 runs.append([way[at], 0])
-        numbers += [delayed + 2 * bar, way[0], len(runs), *(number for run in runs for number in run)]
+        numbers += [
+            delayed + 2 * bar + 4 * written.guessed,
+            way[0],
+            len(runs),
+            *(number for run in runs for number in run),
+        ]
     return numbers
 
 
@@ -53,7 +58,7 @@ def strokes_of_numbers(numbers: Sequence[int], edges: Indices, count: int) -> Le
     count : of the line's vertices.
     """
     line, read = _Line(edges), iter(numbers)
-    strokes, delayed, bars = list[Indices](), list[bool](), list[bool]()
+    strokes, delayed, bars, guessed = list[Indices](), list[bool](), list[bool](), False
     for _ in range(next(read)):
         how, first, runs = next(read), next(read), next(read)
         way = [first]
@@ -66,7 +71,8 @@ def strokes_of_numbers(numbers: Sequence[int], edges: Indices, count: int) -> Le
         strokes.append(np.array(way, dtype=np.intp))
         delayed.append(bool(how & 1))
         bars.append(bool(how & 2))
-    return LetterStrokes(tuple(strokes), tuple(delayed), tuple(bars))
+        guessed |= bool(how & 4)
+    return LetterStrokes(tuple(strokes), tuple(delayed), tuple(bars), guessed)
 
 
 def part_by_glyph(numbers: Array, glyphs: int) -> dict[int, list[int]]:

@@ -35,6 +35,9 @@ _FINE = 8  # places between two points of `ductus.toml`
 _LOOKED = 3  # forms that say where strokes may begin and turn
 _CLEAR = 7.0  # half widths, at least, from a node to a further node on a branch
 _CUTS = 2  # turning points of a letter at most
+# Of a letter's size: line so near where a form turns is cut.  Set on recorded letters and words; at .3 the round
+# shoulder of half the r of two writers was too far from the form's corner, and they began at the tip of the arm.
+_REACH = 0.45
 
 
 @dataclass(frozen=True)
@@ -274,7 +277,7 @@ def turning_points(
     marks = np.concatenate(forms.ends[:_LOOKED]) @ frame_of(xy - middle).T + middle
     gap = np.hypot(xy[:, 0] - marks[:, :1], xy[:, 1] - marks[:, 1:])
     near = gap.argmin(axis=1)
-    near = near[gap[np.arange(len(near)), near] <= 0.3 * size]
+    near = near[gap[np.arange(len(near)), near] <= _REACH * size]
     place = {v: (b, i) for b in body for i, v in enumerate(net.branches[b].tolist())}
     runs: dict[int, Array] = {}
     points: list[int] = []

@@ -66,11 +66,13 @@ class LetterStrokes:
     strokes : vertices of its line in order, for each pen-down movement.
     delayed : for each, whether it is written after the word.
     bars : for each, whether it is a crossbar, or else what forms of the letter delay, whenever this one was written.
+    guessed : whether the ink, the letter and its writer's habit make another order about as likely.
     """
 
     strokes: tuple[Indices, ...]
     delayed: tuple[bool, ...]
     bars: tuple[bool, ...] = ()
+    guessed: bool = False
 
 
 @dataclass(frozen=True, eq=False)

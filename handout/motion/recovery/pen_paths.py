@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from itertools import compress, groupby, pairwise
+from typing import Any
 
 import numpy as np
 
@@ -84,6 +85,21 @@ def pen_paths(
             of = np.full(len(xy), unit.at, dtype=np.intp)
             paths.append(PenPath(xy, np.full(len(xy), model.width), np.ones(len(xy)), unit.word, of))
     return paths
+
+
+def list_guessed(placed: Sequence[Placed], hand: ScannedHand, hands: tuple[str, ...] = HANDS) -> list[dict[str, Any]]:
+    """The words of a line of whose letters some may as well have been written in another order.
+
+    Of each its letters, its first one's index in the text, and the letters whose order is a guess, as `--json` has it.
+    """
+    model, found = stroke_order_model(hand, hands), []
+    for _, word in groupby(placed, key=lambda glyph: glyph.word):
+        units = [unit for unit in word if unit.glyph.letter]
+        inked = ((unit.glyph.letter, unit.ink.number) for unit in units if unit.ink and unit.ink.number != NOBODY)
+        if guessed := [letter for letter, number in inked if model.strokes_of(number)[0].guessed]:
+            name = "".join(unit.glyph.letter for unit in units)
+            found.append({"word": name, "at": units[0].at, "order": "guessed", "letters": guessed})
+    return found
 
 
 def _follow_scribble(placed: Placed) -> Iterator[PenPath]:

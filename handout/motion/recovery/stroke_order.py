@@ -24,19 +24,23 @@ from handout.motion.recovery.letter_line import Candidate, LetterLine, LetterStr
 from handout.motion.recovery.letter_tracing import candidates
 from handout.motion.recovery.writer_habits import (
     CANDIDATES,
+    DOUBT,
     MARGIN,
     POOL,
+    REORDERED,
     Instance,
     WriterHabit,
+    costs_of,
     instance_of,
     learn_habit,
+    measure_reordering,
 )
 from handout.values import POSE, Array, Indices, LineGraph
 from handout.writing.forms import Connector, Forms, GlyphLine
 
 _ALONG = 0.6  # of a ligature that lies in a crossbar
 _TOUCHED = 8  # vertices of a body that a crossbar may share where it only ends there
-VERSION = 5  # of what is kept of a hand; tests/hand/test_house_scanned.py says when to raise it
+VERSION = 7  # of what is kept of a hand; tests/hand/test_house_scanned.py says when to raise it
 _JOINING = 0.2  # share of a hand's letters joined to the one before, from which crossbars wait for the end of the word
 
 
@@ -110,7 +114,7 @@ class StrokeOrderModel:
         line, sections = self._letter_line(number)
         if number not in self._strokes:
             kept = strokes_of_numbers(self._kept[number], line.edges, len(line.xy)) if number in self._kept else None
-            self._strokes[number] = kept or self._choose(number, self._instance(number)).letter_strokes
+            self._strokes[number] = kept or self._choose(number, self._instance(number))
         return self._strokes[number], sections
 
     def all_as_numbers(self) -> list[int]:
@@ -141,18 +145,22 @@ class StrokeOrderModel:
             _lead(line.xy, ways, [way.anchor, *section.tolist()])
         return [np.array(way, dtype=np.intp) for way in ways]
 
-    def _choose(self, number: int, instance: Instance) -> Candidate:
-        """Choose among the candidates of a glyph the one that its writer is used to."""
-        if len(instance.candidates) == 1 or self.forms.marks[number]:
-            return instance.candidates[0]
+    def _choose(self, number: int, instance: Instance) -> LetterStrokes:
+        """Choose among the candidates of a glyph the one that its writer is used to; tell whether it is a guess."""
+        found = instance.candidates
+        if len(found) == 1 or self.forms.marks[number]:
+            return found[0].letter_strokes
         letter = self._hand.glyphs[number].letter
         if letter not in self._habits:
             pool = self._pool(letter)
             self._habits[letter] = pool, learn_habit([self._instance(other) for other in pool])
         pool, habit = self._habits[letter]
-        if habit is None:
-            return instance.candidates[0]
-        return habit.choose(instance, pool.index(number) if number in pool else -1)
+        at = pool.index(number) if number in pool else -1
+        costs = costs_of(instance) if habit is None else habit.weigh(instance, at)
+        best = int(costs.argmin())
+        near = (k for k in np.flatnonzero(costs <= costs[best] + DOUBT).tolist() if k != best)
+        guessed = any(measure_reordering(found[best].strokes, found[k].strokes) >= REORDERED for k in near)
+        return replace(found[best].letter_strokes, guessed=guessed)
 
     def _pool(self, letter: str) -> tuple[int, ...]:
         """The first instances of a letter."""

@@ -20,6 +20,10 @@ from handout.values import Array, Indices
 POOL = 6  # instances of a letter that tell how its writer writes it
 CANDIDATES = 8  # ways of writing an instance that are weighed
 MARGIN = 6.0  # a way that costs so much more than the cheapest is dropped, whatever the writer's habit
+# An order is guessed where another, so much of the letter apart, costs that little more.  Set on recorded words of one
+# writer; by `benchmarks.order_recovery`, of other writers' words that are told so about half are wrong.
+DOUBT = 0.5
+REORDERED = 0.1
 
 
 @dataclass(frozen=True)
@@ -83,14 +87,14 @@ class WriterHabit:
     counts: Array
     alike: Mapping[int, Array]
 
-    def choose(self, instance: Instance, number: int = -1) -> Candidate:
-        """How an instance was written; `number` is its number among those that the habit was learned from."""
+    def weigh(self, instance: Instance, number: int = -1) -> Array:
+        """Costs of the ways of an instance; `number` is its number among those that the habit was learned from."""
         if len(instance.candidates) == 1 or not all(instance.parts):
-            return instance.candidates[0]
+            return costs_of(instance)
         others = self.owner != number
         alike = self.alike[number] if number in self.alike else _measure_likeness(instance, self.forms)
         count = self.counts[others][np.unique(self.owner[others], return_index=True)[1]].sum()
-        return instance.candidates[int((_costs(instance) + _cost(alike @ (self.share * others), count)).argmin())]
+        return np.asarray(costs_of(instance) + _cost(alike @ (self.share * others), count))
 
 
 def learn_habit(pool: Sequence[Instance]) -> WriterHabit | None:
@@ -107,7 +111,7 @@ def learn_habit(pool: Sequence[Instance]) -> WriterHabit | None:
         np.repeat(np.arange(len(readable)), [len(instance.candidates) for instance in readable]),
     )
     alike = np.concatenate([_measure_likeness(instance, forms) for instance in readable]) * (owner[:, None] != owner)
-    costs = np.concatenate([_costs(instance) for instance in readable])
+    costs = np.concatenate([costs_of(instance) for instance in readable])
     counts = np.array([_SETTINGS.told if instance.told else 1.0 for instance in readable])
     share, rest = _shares(costs, owner), (counts.sum() - counts)[owner]
     for _ in range(_SETTINGS.rounds):
@@ -117,6 +121,15 @@ def learn_habit(pool: Sequence[Instance]) -> WriterHabit | None:
     numbers = np.array([k for k, instance in enumerate(pool) if all(instance.parts)], dtype=np.intp)
     likeness = {k: alike[owner == i][:, likely] for i, k in enumerate(numbers.tolist())}
     return WriterHabit(forms.take(likely), numbers[owner[likely]], counts * share[likely], counts, likeness)
+
+
+def measure_reordering(a: Sequence[Indices], b: Sequence[Indices]) -> float:
+    """How far apart the orders of two ways of one line are: when both first pass each vertex, mean, 0–1 of the way."""
+    at = []
+    for strokes in (a, b):
+        vertices, first = np.unique(np.concatenate(strokes), return_index=True)
+        at.append(dict(zip(vertices.tolist(), (first / sum(map(len, strokes))).tolist(), strict=True)))
+    return float(np.mean([abs(at[0][v] - at[1][v]) for v in at[0].keys() & at[1].keys()] or [1.0]))
 
 
 def _as_forms(pool: Sequence[Instance]) -> LetterForms:
@@ -143,7 +156,8 @@ def _measure_likeness(instance: Instance, forms: LetterForms) -> Array:
     return np.asarray(np.exp(-_SETTINGS.sharp * form_distances(instance.parts, forms, laid, entered=True, left=True)))
 
 
-def _costs(instance: Instance) -> Array:
+def costs_of(instance: Instance) -> Array:
+    """What each way of an instance costs more than the cheapest, whatever its writer's habit."""
     return np.array([candidate.cost for candidate in instance.candidates]) - instance.candidates[0].cost
 
 

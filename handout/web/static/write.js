@@ -1,4 +1,4 @@
-// The page Write: a text on the left, the page on the right, new after a pause in typing.
+// The page Write: a text on the left, on the right the page that is typed on; all pages when typing rests.
 
 import { request, task, blob, text as fetched, fileOf } from './api.js';
 import * as drafts from './drafts.js';
@@ -7,7 +7,8 @@ import { play } from './replay.js';
 import { marks, moved } from './marks.js';
 
 const FIRST = 'Dear Ada,\n\nthank you for the jam: it is nearly finished, and we all hope for more.\n\nYours, Zoë';
-const PAUSE = { least: 120, most: 700 }; // ms after the last key; between them half of what the page took last
+const PATIENCE = 700; // ms: what takes longer is not waited for when something is changed, nor begun at every key
+const REST = 500; // ms without a key, then all pages are written
 const SCREEN_DPI = 150;
 const INKS = { '': 'the pen’s own', '#20223a': 'black', '#24408e': 'blue', '#7c1f2b': 'red', '#1f5a3c': 'green' };
 const FORMATS = { pdf: 'PDF, to print or send', png: 'PNG, a picture', svg: 'SVG, lines to work on', inkml: 'InkML, movements of a pen', json: 'JSON, for programs', gcode: 'G-code, for a plotter', hpgl: 'HP-GL, for a plotter', ebb: 'EBB, for a plotter' };
@@ -135,7 +136,7 @@ export async function show(main, shared, [hand]) {
 
   const back = h('button', { type: 'button', class: 'icon', 'aria-label': 'Page before' }, '‹');
   const on = h('button', { type: 'button', class: 'icon', 'aria-label': 'Next page' }, '›');
-  const place = h('span', { class: 'quiet' });
+  const place = h('span', { class: 'quiet pages' });
   const replay = h('button', { type: 'button' }, 'Watch it written');
   const pace = choice(['1', '2', '5', '20'], { 1: 'true speed', 2: '2 ×', 5: '5 ×', 20: '20 ×' });
   pace.setAttribute('aria-label', 'Speed');
@@ -162,7 +163,9 @@ export async function show(main, shared, [hand]) {
   let mode = '', chosen = -1, rewritten = new Map(kept.rewritten || []), margin = kept.margin || null, text = made.text.value;
   let held = null; // of a letter that was changed, the words that are written again, until it is known where they went
   let stale = false; // whether something was changed since what is shown was asked for
-  let page = 0, took = 0, last = null, lines = null, coming = null, waiting = 0, stopped = null;
+  let page = 0, pages = 1, at = 0; // the page that is looked at, how many are known, and a place in the text that is on it
+  let took = 0, last = null, lines = null, coming = null, waiting = 0, stopped = null;
+  let resting = false, next = false; // whether what comes is all pages; whether another is to be written behind it
 
   const quick = () => shared.choices.hands.find((hand) => hand.name === made.hand.value)?.drawn;
   const inked = () => !quick() || made.pen.value || made.paper.value !== 'none' || asked(made, ticks).pictures;
@@ -212,8 +215,11 @@ export async function show(main, shared, [hand]) {
     stage.textContent = snapshot.state === 'waiting' ? 'waiting' : snapshot.stage;
   }
 
+  /** The file of the page that is looked at; where one page was written alone, there is but one. */
+  const shownFile = (done) => fileOf(done, done.facts.page ? 0 : Math.min(page, done.facts.files.length - 1));
+
   async function lined(done, signal) {
-    const source = await fetched(fileOf(done, Math.min(page, done.facts.files.length - 1)), signal);
+    const source = await fetched(shownFile(done), signal);
     // its own style and script are for browsers that open the file; the security policy of this page refuses them
     const bare = source.replace(/<(style|script|metadata)\b[\s\S]*?<\/\1>/g, '');
     const parsed = new DOMParser().parseFromString(bare, 'image/svg+xml').documentElement;
@@ -226,7 +232,7 @@ export async function show(main, shared, [hand]) {
   }
 
   async function pictured(done, signal) {
-    const url = URL.createObjectURL(await blob(fileOf(done, Math.min(page, done.facts.files.length - 1)), '', 'GET', undefined, signal));
+    const url = URL.createObjectURL(await blob(shownFile(done), '', 'GET', undefined, signal));
     const image = h('img', { alt: made.text.value, src: url });
     await image.decode();
     URL.revokeObjectURL(url);
@@ -235,7 +241,8 @@ export async function show(main, shared, [hand]) {
 
   function placed(element, done) {
     const { facts } = done;
-    page = Math.min(page, facts.pages - 1);
+    page = facts.page ? facts.page - 1 : Math.min(page, facts.pages - 1);
+    pages = facts.page ? Math.max(pages, facts.page) : facts.pages;
     if (element.viewBox) size(element);
     else {
       sheet.dataset.wide = element.naturalWidth / SCREEN_DPI * 25.4; sheet.dataset.high = element.naturalHeight / SCREEN_DPI * 25.4;
@@ -245,12 +252,13 @@ export async function show(main, shared, [hand]) {
     sheet.replaceChildren(element);
     last = done;
     overlaid(focused);
-    place.textContent = facts.pages > 1 ? `page ${page + 1} of ${facts.pages}` : 'one page';
-    back.disabled = page === 0; on.disabled = page >= facts.pages - 1;
+    place.textContent = pages > 1 ? `page ${page + 1} of ${pages}` : 'one page';
+    back.disabled = page === 0; on.disabled = page >= pages - 1;
     const sentences = told(facts, done.said);
     if (rewritten.size) sentences.push(`Written again: ${(facts.words || []).filter((word) => rewritten.has(word.at)).map((word) => `“${word.word}”`).join(', ')}. All other words are kept.`);
-    const figures = [plural(facts.lines, 'line'), facts.strokes ? `${plural(facts.strokes, 'stroke')}, ${clock(facts.duration_s)} by hand` : '', `version ${facts.seed}`];
-    notes.replaceChildren(h('p', { class: 'quiet' }, figures.filter(Boolean).join(' · ')), sentences.length ? h('ul', {}, sentences.map((one) => h('li', {}, one))) : '');
+    const figures = facts.page ? [] : [plural(facts.lines, 'line'), facts.strokes ? `${plural(facts.strokes, 'stroke')}, ${clock(facts.duration_s)} by hand` : '', `version ${facts.seed}`];
+    const known = facts.page ? notes.querySelector('p') : h('p', { class: 'quiet' }, figures.filter(Boolean).join(' · '));
+    notes.replaceChildren(known || '', sentences.length ? h('ul', {}, sentences.map((one) => h('li', {}, one))) : '');
   }
 
   /** The marks over the page; `taken`: the keyboard goes there. */
@@ -260,7 +268,7 @@ export async function show(main, shared, [hand]) {
     if (!last) return;
     const [wide, high] = [Number(sheet.dataset.wide), Number(sheet.dataset.high)], edge = Math.min(wide, high) / 10;
     const here = (all) => (all || []).filter((one) => one.page === page + 1 && one.box);
-    const write = (at, times) => { if (times > 0) rewritten.set(at, times); else rewritten.delete(at); soon(); };
+    const write = (word, times) => { if (times > 0) rewritten.set(word, times); else rewritten.delete(word); at = word; soon(); };
     sheet.append(marks({
       wide, high, mode, chosen, words: here(last.facts.words), doubts: here(last.facts.doubtful), margin: margin || [edge, edge, edge, edge],
       choose: (word) => { chosen = word.at; spoken.textContent = word.word; },
@@ -272,45 +280,68 @@ export async function show(main, shared, [hand]) {
     if (mode && taken) sheet.querySelector('.marks').focus();
   }
 
-  async function drawn() {
+  /** Write the page that is looked at; without `alone` all pages, of which it is shown. What changes meanwhile is written next. */
+  async function drawn(alone = false) {
     coming?.abort();
     stopped?.();
-    stale = false;
+    clearTimeout(waiting);
+    stale = next = false;
+    resting = !alone;
     const own = coming = new AbortController(), begun = performance.now();
     if (!made.text.value.trim()) {
       refusal.textContent = 'Nothing to write yet.';
       coming = null; stale = true;
       return;
     }
-    const body = asking();
+    const body = { ...asking(), ...(alone ? { at } : {}) };
+    let refused = false;
     try {
       if (quick()) {
-        last = lines = await request('POST', '/api/write', { ...body, format: 'svg' }, own.signal);
+        last = lines = await (alone ? request('POST', '/api/write', { ...body, format: 'svg' }, own.signal) : task('/api/write', { ...body, format: 'svg' }, () => {}, own.signal));
         if (found(lines.facts.words || [])) { await drawn(); return; }
         placed(await lined(lines, own.signal), lines);
       } else lines = null;
       refusal.textContent = '';
       if (inked()) {
-        const done = await task('/api/write', { ...body, format: 'png', dpi: SCREEN_DPI }, heard, own.signal);
+        const done = await task('/api/write', { ...body, format: 'png', dpi: SCREEN_DPI }, alone ? heard : () => {}, own.signal);
         if (found(done.facts.words || [])) { await drawn(); return; }
         last = lines ? { ...done, facts: { ...done.facts, strokes: lines.facts.strokes, duration_s: lines.facts.duration_s } } : done;
         placed(await pictured(done, own.signal), last);
       }
-      took = performance.now() - begun;
+      if (alone) took = performance.now() - begun;
     } catch (error) {
-      if (coming === own) stale = true; // what is shown is still what was asked for before
+      if (coming === own) stale = refused = true; // what is shown is still what was asked for before
       if (error.name === 'AbortError') return;
       refusal.textContent = error.message;
     } finally {
-      if (coming === own) { work.hidden = true; coming = null; sheet.dataset.shown = String(performance.now()); }
+      if (coming === own) {
+        work.hidden = true; coming = null; sheet.dataset.shown = String(performance.now());
+        if (next) drawn(true);
+        else if (!refused && last?.facts.page) waiting = setTimeout(drawn, REST);
+      }
     }
   }
 
+  /** Something was changed: its page is written at once, or when the one before is shown; if pages take long, after a pause. */
   function soon() {
     keep();
     stale = true;
+    next = coming !== null && !resting && took < PATIENCE;
+    if (next) return;
+    coming?.abort();
     clearTimeout(waiting);
-    waiting = setTimeout(drawn, Math.min(Math.max(took / 2, PAUSE.least), PAUSE.most));
+    waiting = setTimeout(drawn, took < PATIENCE ? 0 : PATIENCE / 2, true);
+  }
+
+  /** Look at another page, of all that were written. */
+  async function turned(by) {
+    if (stale || coming || last?.facts.page) await drawn();
+    if (stale || !last) return;
+    page += by;
+    at = (last.facts.words || []).find((word) => word.page === page + 1)?.at ?? at;
+    try {
+      placed(await (lines && !inked() ? lined(last) : pictured(last)), last);
+    } catch { drawn(); } // its files are not kept for ever
   }
 
   async function watched() {
@@ -318,13 +349,12 @@ export async function show(main, shared, [hand]) {
     replay.disabled = true;
     try {
       clearTimeout(waiting);
-      if (stale || coming) await drawn(); // else what comes would take the place of what is played
+      if (stale || coming || last?.facts.page) await drawn(); // else what comes would take the place of what is played
       if (stale) return;
       if (!lines) {
         coming?.abort();
         const own = coming = new AbortController();
-        lines = await task('/api/write', { ...asking(), format: 'svg' }, heard, own.signal);
-        coming = null;
+        lines = await task('/api/write', { ...asking(), format: 'svg' }, heard, own.signal).finally(() => { coming = null; });
       }
       const svg = await lined(lines);
       const before = [...sheet.children];
@@ -346,7 +376,7 @@ export async function show(main, shared, [hand]) {
     const format = made.format.value, body = { ...asking(), format };
     if (PROGRAMS.includes(format) && made.device.value) body.device = made.device.value;
     const own = coming = new AbortController();
-    const done = await task('/api/write', body, heard, own.signal).finally(() => { work.hidden = true; });
+    const done = await task('/api/write', body, heard, own.signal).finally(() => { work.hidden = true; coming = null; });
     for (const [number, name] of done.facts.files.entries()) save(await blob(fileOf(done, number)), name.replace(/^page/, called(body.text)));
     say(`Saved ${plural(done.facts.files.length, 'file')}. ${(done.facts.notes || []).join(' ')}`);
   }
@@ -423,15 +453,16 @@ export async function show(main, shared, [hand]) {
         if (rewritten.size && last) held ||= new Map(named(last.facts.words || []).filter(([, at]) => rewritten.has(at)).map(([name, at]) => [name, rewritten.get(at)]));
       } else rewritten = moved(rewritten, text, made.text.value);
       text = made.text.value;
-    } else if (event.target !== made.variation) page = 0;
+      at = [...text.slice(0, made.text.selectionEnd)].length;
+    } else if (event.target !== made.variation) at = page = 0;
     if (event.target === made.page) margin = null;
     if ([made.hand, made.seed, made.kind].includes(event.target)) { rewritten.clear(); held = null; }
     soon();
   });
   for (const part of form.querySelectorAll('details')) part.addEventListener('toggle', keep);
   die.addEventListener('click', () => { made.seed.value = random(); rewritten.clear(); soon(); });
-  back.addEventListener('click', () => { page -= 1; drawn(); });
-  on.addEventListener('click', () => { page += 1; drawn(); });
+  back.addEventListener('click', () => turned(-1));
+  on.addEventListener('click', () => turned(1));
   replay.addEventListener('click', watched);
   make.addEventListener('click', making);
   cancel.addEventListener('click', () => { coming?.abort(); work.hidden = true; });
@@ -439,6 +470,6 @@ export async function show(main, shared, [hand]) {
   const watch = new ResizeObserver(fitted);
   watch.observe(paper);
   keep();
-  drawn();
+  drawn(true);
   return () => { coming?.abort(); stopped?.(); clearTimeout(waiting); watch.disconnect(); };
 }

@@ -11,16 +11,16 @@ from hypothesis import strategies as st
 from handout.hand.library import load
 from handout.inking.pen import usual
 from handout.page_sizes import page
-from handout.simulated.scanner import Flatbed
 from handout.writing.layout import Layout
 from handout_lab.author import ground_truth_score
 from handout_lab.author.simulate import Desk, simulate
+from handout_lab.author.worn_flatbed import WornFlatbed
 
 
 @pytest.fixture(scope="module")
 def simulated():
     layout = Layout(page("90x30mm"), (6.0, 6.0, 6.0, 6.0), x_height=2.5)
-    flatbed = replace(Flatbed.of_handwriting(), rotation=0.0, dust=0.0)
+    flatbed = replace(WornFlatbed.of_handwriting(), rotation=0.0, dust=0.0)
     desk = Desk(usual("plain"), layout=layout, flatbed=flatbed)
     return simulate("hollow minimum, quite", load("house-joined"), desk, rng=np.random.default_rng(7))
 

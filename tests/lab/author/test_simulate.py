@@ -13,12 +13,11 @@ from handout.inking.papers import Paper
 from handout.inking.pen import usual
 from handout.motion.trace import STEPS, letters_of_samples, trace
 from handout.page_sizes import page
-from handout.simulated.flatbed import lay
-from handout.simulated.scanner import Flatbed
 from handout.writing.compose import compose
 from handout.writing.layout import Layout
 from handout_lab.author import page_score
 from handout_lab.author.simulate import Desk, scan, simulate, simulate_pages
+from handout_lab.author.worn_flatbed import WornFlatbed
 
 TEXT = "Minimum jumps, été of it."
 SMALL = Layout(page("70x40mm"), (6.0, 6.0, 6.0, 6.0), x_height=2.2)
@@ -37,7 +36,7 @@ def usual_page():
 
 @pytest.fixture(scope="module")
 def ideal_page():
-    return made(flatbed=Flatbed.exact())
+    return made(flatbed=WornFlatbed.exact())
 
 
 @pytest.mark.parametrize("engine", ["optimal-control", "sigma-lognormal"])
@@ -145,8 +144,8 @@ def test_the_same_page_at_any_resolution_and_scanner():
     for a, b in zip(coarse.truth.paths, fine.truth.paths, strict=True):
         assert (a.xy + 0.5) * 4 == pytest.approx(b.xy + 0.5)
     assert coarse.truth.mask.mean() == pytest.approx(fine.truth.mask.mean(), rel=0.05)
-    other = made(flatbed=replace(Flatbed.make_worn(), border=0.0, skew=0.0, slack=0.0))
-    still = made(flatbed=Flatbed.exact())
+    other = made(flatbed=replace(WornFlatbed.make_worn(), border=0.0, skew=0.0, slack=0.0))
+    still = made(flatbed=WornFlatbed.exact())
     for a, b in zip(other.truth.paths, still.truth.paths, strict=True):
         assert a.xy == pytest.approx(b.xy)
 
@@ -162,15 +161,15 @@ def test_the_same_seed_gives_the_same_bytes(usual_page):
 @pytest.mark.slow
 def test_rotation_and_offset_turn_paper_and_truth_together():
     page_, rng = SMALL.page, np.random.default_rng(0)
-    scanner = replace(Flatbed.exact(), rotation=0.05, offset=(1.0, 2.0), border=3.0)
-    place = lay(page_, 254.0, scanner, rng)
+    scanner = replace(WornFlatbed.exact(), rotation=0.05, offset=(1.0, 2.0), border=3.0)
+    place = scanner.lay(page_, 254.0, rng)
     middle = np.array([[page_.width / 2, page_.height / 2]])
     # 10 pixels a mm; the middle of a sheet stays where it is but for border and offset
     assert place.pixels(middle) == pytest.approx((middle + np.array([4.0, 5.0])) * 10 - 0.5)
     right = place.pixels(middle + np.array([10.0, 0.0])) - place.pixels(middle)
     assert right == pytest.approx(100 * np.array([[np.cos(0.05), np.sin(0.05)]]))
     turned = made(flatbed=scanner, paper=Paper("ruled"))
-    flat = made(flatbed=Flatbed.exact(), paper=Paper("ruled"))
+    flat = made(flatbed=WornFlatbed.exact(), paper=Paper("ruled"))
     assert turned.image.shape != flat.image.shape
     column, row = np.rint(np.concatenate([p.xy for p in turned.truth.paths])).astype(int).T
     assert turned.truth.mask[row, column].mean() > 0.9
@@ -197,38 +196,38 @@ def test_baselines_lie_under_the_letters(usual_page):
 @pytest.mark.slow
 def test_what_the_scanner_does_is_seen():
     still = {"rotation": 0.0, "offset": (0.0, 0.0)}
-    sharp = made(dpi=150.0, flatbed=replace(Flatbed.exact(), **still))
-    soft = made(dpi=150.0, flatbed=replace(Flatbed.exact(), blur=0.1))
+    sharp = made(dpi=150.0, flatbed=replace(WornFlatbed.exact(), **still))
+    soft = made(dpi=150.0, flatbed=replace(WornFlatbed.exact(), blur=0.1))
     # blur moves light but loses none
     assert soft.image.mean() == pytest.approx(sharp.image.mean(), abs=0.15)
     assert soft.image.std() < 0.95 * sharp.image.std()
-    noisy = made(dpi=150.0, flatbed=replace(Flatbed.exact(), noise=0.02))
+    noisy = made(dpi=150.0, flatbed=replace(WornFlatbed.exact(), noise=0.02))
     bare = sharp.truth.density == 0
     assert (noisy.image[bare].astype(float) - sharp.image[bare]).std() == pytest.approx(0.02 * 255, rel=0.15)
     assert np.array_equal(noisy.truth.paper, sharp.truth.paper)
-    dim = made(dpi=150.0, flatbed=replace(Flatbed.exact(), shading=0.3))
+    dim = made(dpi=150.0, flatbed=replace(WornFlatbed.exact(), shading=0.3))
     assert dim.truth.paper.min() < 0.75 * sharp.truth.paper.max()
-    dusty = made(dpi=150.0, flatbed=replace(Flatbed.exact(), dust=900.0))
+    dusty = made(dpi=150.0, flatbed=replace(WornFlatbed.exact(), dust=900.0))
     assert (dusty.image[bare] < sharp.image[bare].astype(int) - 20).mean() > 0.0005
     assert np.array_equal(dusty.truth.paper, sharp.truth.paper)
-    grey = made(dpi=150.0, flatbed=replace(Flatbed.exact(), grey=True))
+    grey = made(dpi=150.0, flatbed=replace(WornFlatbed.exact(), grey=True))
     assert (np.ptp(grey.image, axis=2) == 0).all()
     # what is shown as white is white
-    bright = made(dpi=150.0, flatbed=replace(Flatbed.exact(), white=0.9))
+    bright = made(dpi=150.0, flatbed=replace(WornFlatbed.exact(), white=0.9))
     assert bright.truth.paper.min() == 255
 
 
 def test_red_lies_where_it_is_said_to():
     shift = 4 / 300 * 25.4
-    scanner = replace(Flatbed.exact(), misregistration=((shift, 0.0), (0.0, -shift)))
-    moved, still = made(flatbed=scanner).image, made(flatbed=Flatbed.exact()).image
+    scanner = replace(WornFlatbed.exact(), misregistration=((shift, 0.0), (0.0, -shift)))
+    moved, still = made(flatbed=scanner).image, made(flatbed=WornFlatbed.exact()).image
     assert np.array_equal(moved[..., 1], still[..., 1])
     assert np.array_equal(moved[:, 4:, 0], still[:, :-4, 0])
     assert np.array_equal(moved[:-4, :, 2], still[4:, :, 2])
 
 
 def test_lid_and_shadow_lie_beside_the_sheet():
-    scanner = replace(Flatbed.exact(), border=5.0, lid=0.2, shadow=0.5)
+    scanner = replace(WornFlatbed.exact(), border=5.0, lid=0.2, shadow=0.5)
     image = made(flatbed=scanner, paper=Paper("none")).image
     assert image[2, 2].tolist() == [51, 51, 51]
     edge = round(5.0 / 25.4 * 300)
@@ -283,7 +282,7 @@ def test_a_traced_page_can_be_scanned_with_several_pens():
 )  # fmt: skip
 def test_scanners_have_bounds(field, value):
     with pytest.raises(InputError, match=field):
-        Flatbed(**{field: value})
+        WornFlatbed(**{field: value})
 
 
 @pytest.mark.parametrize(

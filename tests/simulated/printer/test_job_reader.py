@@ -4,8 +4,8 @@ import pytest
 from handout.errors import InputError
 from handout.inking.device_pixels import device_pixels
 from handout.simulated import print_and_scan
+from handout.simulated.flatbed import Flatbed
 from handout.simulated.printer import Inkjet
-from handout.simulated.scanner import Flatbed
 from handout.sinks import picture_pdf
 from handout.values import Page, Raster
 

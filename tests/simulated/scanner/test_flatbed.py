@@ -7,11 +7,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from handout.errors import InputError
-from handout.simulated import flatbed
+from handout.simulated.flatbed import Flatbed, smooth_field
 from handout.simulated.printer import Inkjet
-from handout.simulated.scanner import Flatbed
+from handout_lab.author.worn_flatbed import WornFlatbed, bends
 
-IDEAL = Flatbed.ideal()
+IDEAL, WORN = Flatbed.ideal(), WornFlatbed.ideal()
 DPI = 100
 
 
@@ -65,7 +65,7 @@ def test_patches_have_their_colour_at_any_resolution(dpi):
 
 
 def test_the_same_state_is_the_same_picture_and_another_is_not(sheet):
-    worn = Flatbed(shading=0.1, flare=0.05, glare=0.2, warp=1, dust=20, border=2, bits=16)
+    worn = WornFlatbed(shading=0.1, flare=0.05, glare=0.2, warp=1, dust=20, border=2, bits=16)
     one, same, other = (worn.scan(sheet, DPI, rng(seed)) for seed in (1, 1, 2))
     assert np.array_equal(one, same) and not np.array_equal(one, other)
 
@@ -80,7 +80,7 @@ def test_the_same_state_is_the_same_picture_and_another_is_not(sheet):
     ids=lambda change: next(iter(change)),
 )  # fmt: skip
 def test_every_parameter_shows(sheet, wanted, change):
-    picture = replace(IDEAL, **change).scan(sheet, DPI, rng(7))
+    picture = replace(WORN, **change).scan(sheet, DPI, rng(7))
     assert picture.shape != wanted.shape or np.abs(picture.astype(int) - wanted).max() > 5
 
 
@@ -106,7 +106,7 @@ def test_a_sheet_may_lie_on_its_side(sheet, wanted, quarter):
 
 
 def test_the_place_does_not_depend_on_the_resolution(plain):
-    worn = Flatbed(skew=0.02, slack=2, warp=2, noise=0, blur=0)
+    worn = WornFlatbed(skew=0.02, slack=2, warp=2, noise=0, blur=0)
     low, high = (middle(worn.scan(plain, dpi, rng(3)), dpi) for dpi in (100, 200))
     assert low == pytest.approx(high, abs=0.1)
 
@@ -114,9 +114,8 @@ def test_the_place_does_not_depend_on_the_resolution(plain):
 @given(st.integers(0, 1000), st.floats(0.1, 5))
 @settings(max_examples=20, deadline=None)
 def test_warp_is_as_great_as_it_is_said_to_be(seed, most):
-    bends = flatbed.bends(most, rng(seed))
     u = np.linspace(0, 1, 41)
-    size = np.hypot(*(flatbed.smooth_field(field, u, u) for field in bends))
+    size = np.hypot(*(smooth_field(field, u, u) for field in bends(most, rng(seed))))
     assert size.max() == pytest.approx(most)
 
 
@@ -128,9 +127,9 @@ def test_noise_is_as_strong_as_it_is_said_to_be(plain):
 
 def test_flare_lifts_black_among_white_and_glare_clips(plain):
     clean = IDEAL.scan(plain, DPI, rng())
-    flare = replace(IDEAL, flare=0.1).scan(plain, DPI, rng())
+    flare = replace(WORN, flare=0.1).scan(plain, DPI, rng())
     assert flare[200, 150, 1] > clean[200, 150, 1] + 5
-    assert (replace(IDEAL, glare=0.5).scan(plain, DPI, rng()) == 255).any()
+    assert (replace(WORN, glare=0.5).scan(plain, DPI, rng()) == 255).any()
 
 
 def test_shading_takes_what_it_is_said_to(plain):
@@ -140,7 +139,7 @@ def test_shading_takes_what_it_is_said_to(plain):
 
 
 def test_automatic_levels_clip_paper_and_change_the_greys(plain):
-    picture = replace(IDEAL, automatic=True).scan(plain, DPI, rng())
+    picture = replace(WORN, automatic=True).scan(plain, DPI, rng())
     assert np.median(picture) == 255 and picture.min() == 0
 
 
@@ -152,23 +151,23 @@ def test_blur_spreads_an_edge(plain):
 
 
 def test_crop_takes_from_its_edges(sheet, wanted):
-    cut = replace(IDEAL, crop=(2.54, 5.08, 7.62, 0)).scan(sheet, DPI, rng())
+    cut = replace(WORN, crop=(2.54, 5.08, 7.62, 0)).scan(sheet, DPI, rng())
     assert np.array_equal(cut, wanted[10:-30, :-20])
     with pytest.raises(InputError, match="leaves nothing"):
-        replace(IDEAL, crop=(100, 0, 100, 0)).scan(sheet, DPI, rng())
+        replace(WORN, crop=(100, 0, 100, 0)).scan(sheet, DPI, rng())
 
 
 @pytest.mark.parametrize(
     ("given_", "said"),
     [
         ({"noise": 1}, "noise 1 is outside 0 to 0.2"), ({"white": 0.1}, r"white 0\.1 is outside"),
-        ({"bits": 12}, "12 bits: use 8 or 16"), ({"bits": 16, "jpeg": 80}, "8 for JPEG"),
+        ({"bits": 12}, "12 bits: use 8 or 16"), ({"bits": 16, "jpeg": 80}, "use 8 for JPEG"),
         ({"rotation": math.nan}, "finite"), ({"crop": (-1, 0, 0, 0)}, "crop"), ({"blur": math.nan}, "blur nan"),
     ],
 )  # fmt: skip
 def test_what_cannot_be_is_refused(given_, said):
     with pytest.raises(InputError, match=said):
-        Flatbed(**given_)
+        WornFlatbed(**given_)
 
 
 @pytest.mark.parametrize("dpi", [49, 1201, math.nan])
