@@ -7,7 +7,6 @@ Needs torch (the extra "train").  The sets of pictures are made by `word_picture
 from __future__ import annotations
 
 import argparse
-import contextlib
 import sys
 import zipfile
 from collections.abc import Callable, Iterator, Sequence
@@ -166,33 +165,37 @@ def with_words_apart(lines: Words, reader: Reader, rng: np.random.Generator) -> 
 
     reader : which tells where the words of a text that it is given stand.
     """
-    pictures, texts, sources = list[NDArray[np.uint8]](), list[str](), list[str]()
-    for number, text in enumerate(lines.texts):
-        picture, words = lines.picture(number), text.split(" ")
-        pieces, cuts = [(picture, text)], [0]
-        with contextlib.suppress(ValueError):  # too narrow for its text
-            reading = reader.read(picture.astype(np.float64) / 255)
-            borders = ctc.alignment(reading.grouped[0], reading.labels(text)) * STEP - MARGIN
-            middles = borders.mean(axis=1).astype(int).tolist()
-            firsts = np.cumsum([len(word) + 1 for word in words[:-1]]).tolist()
-            ends: list[int | None] = []
-            for first in firsts:
-                left, right = max(middles[first - 2], 0), middles[first]
-                bare = np.flatnonzero(picture[:, left:right].max(axis=0, initial=0) < _BARE)
-                widest = max(np.split(bare, np.flatnonzero(np.diff(bare) > 1) + 1), key=len)
-                ends.append(left + int(widest[len(widest) // 2]) if len(widest) >= _APART else None)
-            begin = 0
-            for last, end in enumerate([*ends, picture.shape[1]]):
-                if end is not None and (last + 1 == len(words) or last - begin + 1 >= rng.integers(1, 4)):
-                    pieces.append((picture[:, cuts[-1] : end], " ".join(words[begin : last + 1])))
-                    cuts.append(end)
-                    begin = last + 1
-        for piece, written in pieces:
-            pictures.append(piece)
-            texts.append(written)
-            sources.append(lines.sources[number])
-    ends_of = np.cumsum([piece.shape[1] for piece in pictures], dtype=np.intp)
-    return Words(np.hstack(pictures), ends_of, tuple(texts), tuple(sources))
+    pieces = [
+        (piece, text, lines.sources[number])
+        for number, whole in enumerate(lines.texts)
+        for piece, text in [(lines.picture(number), whole), *_pieces(lines.picture(number), whole, reader, rng)]
+    ]
+    pictures, texts, sources = zip(*pieces, strict=True)
+    return Words(np.hstack(pictures), np.cumsum([piece.shape[1] for piece in pictures], dtype=np.intp), texts, sources)
+
+
+def _pieces(
+    picture: NDArray[np.uint8], text: str, reader: Reader, rng: np.random.Generator
+) -> list[tuple[NDArray[np.uint8], str]]:
+    """The words of a line, as `with_words_apart` cuts them; none of a line that is too narrow for its text."""
+    words, reading = text.split(" "), reader.read(picture.astype(np.float64) / 255)
+    try:
+        borders = ctc.alignment(reading.grouped[0], reading.labels(text)) * STEP - MARGIN
+    except ValueError:
+        return []
+    middles = borders.mean(axis=1).astype(int).tolist()
+    ends = list[int | None]()
+    for first in np.cumsum([len(word) + 1 for word in words[:-1]]).tolist():
+        left, right = max(middles[first - 2], 0), middles[first]
+        bare = np.flatnonzero(picture[:, left:right].max(axis=0, initial=0) < _BARE)
+        widest = max(np.split(bare, np.flatnonzero(np.diff(bare) > 1) + 1), key=len)
+        ends.append(left + int(widest[len(widest) // 2]) if len(widest) >= _APART else None)
+    found, begin, cut = list[tuple[NDArray[np.uint8], str]](), 0, 0
+    for last, end in enumerate([*ends, picture.shape[1]]):
+        if end is not None and (last + 1 == len(words) or last - begin + 1 >= rng.integers(1, 4)):
+            found.append((picture[:, cut:end], " ".join(words[begin : last + 1])))
+            begin, cut = last + 1, end
+    return found
 
 
 def batches(words: Words, columns: int, rng: np.random.Generator) -> Iterator[NDArray[np.intp]]:
@@ -270,9 +273,7 @@ def train(course: Course, recipe: Recipe, rng: np.random.Generator, start: Path 
     torch.manual_seed(int(rng.integers(2**31)))
     net = network(recipe)
     columns = recipe.batch * _USUAL_WIDTH
-    aligner = load(start) if start is not None and start.suffix == ".npz" else load()
-    drawn = endless([Words.load(path) for path in course.words], columns, rng)
-    written = endless([with_words_apart(Words.load(path), aligner, rng) for path in course.pages], columns, rng)
+    drawn, written = (endless(sets, columns, rng) for sets in _material(course, start, rng))
     if start is not None and start.suffix == ".npz":
         first, some = next(drawn)
         go_on_from(net, start, batch_of(first, some.tolist(), None)[0])
@@ -303,6 +304,14 @@ def train(course: Course, recipe: Recipe, rng: np.random.Generator, start: Path 
                 torch.save(usual.module.state_dict(), keep)
     net.load_state_dict(torch.load(keep))
     return net
+
+
+def _material(course: Course, start: Path | None, rng: np.random.Generator) -> tuple[list[Words], list[Words]]:
+    """The sets of words, and those of lines with their words apart, as a reader that is gone on from sees them."""
+    aligner = load(start) if start is not None and start.suffix == ".npz" else load()
+    words = [Words.load(path) for path in course.words]
+    lines = [Words.load(path) for path in course.pages]
+    return words, [with_words_apart(each, aligner, rng) for each in lines]
 
 
 def _study(net: nn.Sequential, start: Path | None) -> None:
