@@ -43,6 +43,17 @@ class Bed(Table, frozen=True):
     inset_y: Length = Length(0.0)
 
 
+class LaidSheet(Table, frozen=True):
+    """How somebody laid the sheets of a plot on the bed: of a plot that is kept, not of a machine's file.
+
+    quarters: turned to the left, None: as they fit best; x, y: how far from their usual place along the machine's axes.
+    """
+
+    quarters: Literal[0, 1, 2, 3] | None = None
+    x: Length = Length(0.0)
+    y: Length = Length(0.0)
+
+
 class Limits(Table, frozen=True):
     """What the machine can do; its own settings, read when it is connected, win over these.
 
@@ -198,7 +209,7 @@ class Plotter(Table, frozen=True):
 
     homing: whether it finds its zero by itself (``$H``); segment_rate: straight segments a second of pen time.
     firmware: its version, where a dialect depends on it (EBB); "": not known, what every version understands is used.
-    name: the name of its file, without ``.toml``.
+    name: the name of its file, without ``.toml``; laid: how the sheets of a plot lie on it.
     """
 
     kind: Literal["plotter"]
@@ -212,6 +223,7 @@ class Plotter(Table, frozen=True):
     feeder: Feeder = Feeder()
     hooks: Hooks = Hooks()
     prices: Prices = Prices()
+    laid: LaidSheet = LaidSheet()
     homing: bool = False
     segment_rate: float = 100.0
     firmware: str = ""
@@ -315,6 +327,8 @@ def read_profile(path: Path) -> Profile:
         raise ProfileError(f'{path}: kind = {kind!r} must be "plotter" or "printer".')
     if "name" in table:
         raise ProfileError(f"{path}: name cannot be set; a machine is called as its file is.")
+    if "laid" in table:
+        raise ProfileError(f"{path}: laid cannot be set; how its sheets lie is said of each plot.")
     if isinstance(pen := table.get("pen"), dict) and pen.get("lift") == "command":
         table["pen"] = {"up": 1.0, "down": 2.0} | pen  # numbers that nobody is told
     try:

@@ -212,9 +212,11 @@ def keys(kind, inside=""):
         tables = [
             t for t in (field.type, *get_args(field.type)) if isinstance(t, type) and issubclass(t, msgspec.Struct)
         ]
+        if field.name in ("name", "laid"):  # they are not set in a file
+            continue
         if tables:
             yield from keys(tables[0], f"{inside}{field.name}.")
-        elif field.name != "name":
+        else:
             yield inside + field.name
 
 

@@ -12,9 +12,10 @@ import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, Protocol, Self
+from typing import Any, Literal, Protocol, Self
 
 import numpy as np
+from msgspec import structs
 
 from handout import profiles
 from handout.errors import DeviceError, HandoutError, InputError
@@ -30,10 +31,10 @@ from handout.plotting.jobs import pages
 from handout.plotting.jobs.places import DrawnPlace
 from handout.plotting.jobs.store import PlotJob
 from handout.printing.printers import queues
-from handout.profiles import Plotter
+from handout.profiles import LaidSheet, Length, Plotter
 from handout.signals import interrupt
 from handout.sinks.svg import to_svg
-from handout.values import Page
+from handout.values import Array, Page
 
 SIMULATED = {"sim:": "simulated, at once", "sim:?realtime=1": "simulated, at true speed"}
 _OFTEN = 0.1  # s of the clock between two places that are told: a screen shows no more of a pen
@@ -239,7 +240,11 @@ def show_plot(name: str) -> Facts:
     }
     if not standing.finished:
         page = job.drawing(min(standing.part, len(job.parts) - 1)).page
-        facts |= {"page": [page.width, page.height], "lies": _lies(job, page)}
+        turn, shift, zero = _seen(page, profile)
+        turned = bed.place(page, profile).turned
+        lies = {"turned": turned, "quarters": bed.TOPS.index(turned), "zero": zero.tolist()}
+        matrix = [round(value, 4) for value in (*turn.T.ravel().tolist(), *shift.tolist())]  # a, b, c, d, e, f of SVG
+        facts |= {"page": [page.width, page.height], "lies": {"matrix": matrix, **lies}}
     return facts
 
 
@@ -254,16 +259,38 @@ def _pens(job: PlotJob, reached: int) -> list[Facts]:
     return list(pens.values())
 
 
-def _lies(job: PlotJob, page: Page) -> Facts:
-    """How a page lies on the bed as it is seen: matrix (a, b, c, d, e, f) of SVG, mm from the bed's upper left."""
-    placed, (least, greatest) = bed.place(page, job.profile), bed.reach(job.profile)
-    down = job.profile.bed.y == "down"
+def lay_sheet(name: str, quarters: Literal[0, 1, 2, 3], x: float, y: float) -> Facts:
+    """Lay the sheets of a plot that has not begun otherwise on the bed, and tell it as `show_plot` does.
+
+    quarters : turned to the left; x, y : where the upper left corner is then, as it is seen, mm from that of the bed.
+
+    Raises InputError: some of it is drawn. DoesNotFit: strokes would lie outside the bed.
+    """
+    job = find_job(name)
+    if job.standing().runs:
+        raise InputError("Some of this plot is drawn: its sheet stays where it lies.")
+    page, profile = job.drawing(0).page, structs.replace(job.profile, laid=LaidSheet(quarters))
+    turn, shift, _ = _seen(page, profile)
+    usual = shift + np.minimum(turn @ (page.width, page.height), 0.0)
+    right, down = [Length(value) for value in (np.array([x, y]) - usual).tolist()]
+    laid = LaidSheet(quarters, right, down if profile.bed.y == "down" else Length(-down))
+    job = replace(job, profile=structs.replace(profile, laid=laid))
+    for drawing in map(job.drawing, range(len(job.parts))):
+        placed = bed.place(drawing.page, job.profile)
+        for stroke in drawing.strokes:
+            bed.check(placed.to_machine(stroke.xy), job.profile, "another place for the sheet")
+    job.write()
+    return show_plot(name)
+
+
+def _seen(page: Page, profile: Plotter) -> tuple[Array, Array, Array]:
+    """How a page lies on the bed as it is seen: turn (2, 2) and shift (2,), and (2,) the machine's zero; mm from the
+    bed's upper left, y towards the reader."""
+    placed, (least, greatest) = bed.place(page, profile), bed.reach(profile)
+    down = profile.bed.y == "down"
     flip = np.diag([1.0, 1.0 if down else -1.0])
     corner = np.array([-least[0], -least[1] if down else greatest[1]])
-    turn, shift = flip @ placed.turn, flip @ placed.shift + corner
-    matrix = [*turn.T.ravel().tolist(), *shift.tolist()]
-    zero = corner.tolist()
-    return {"matrix": [round(value, 4) for value in matrix], "turned": placed.turned, "zero": zero}
+    return flip @ placed.turn, flip @ placed.shift + corner, corner
 
 
 def _place(job: PlotJob, number: int, place: DrawnPlace) -> Facts:

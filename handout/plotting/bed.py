@@ -3,6 +3,7 @@
 The page's corner that is nearest to the machine's zero lies in the zero: the lower left for ``origin = "bottom-left"``,
 the upper left for ``"top-left"``; for ``"centre"`` the middle of the page lies in it.  A page that does not fit the bed
 upright is turned a quarter to the left if more of it fits then: its top edge lies along the left edge of the bed.
+A plot may say otherwise (`profiles.LaidSheet`).
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ from handout.values import Array, Drawing, Page, readonly
 _SLACK = 0.05  # mm beyond the bed that no machine notices
 _LEAST = 10.0  # mm of travel that make a bed
 # where the zero of a machine is, as a person sees it
+TOPS = ("", "to the left", "towards the reader", "to the right")  # by quarters that a page is turned to the left
 CORNERS = {"bottom-left": "lower left corner", "top-left": "upper left corner", "centre": "middle"}
 
 
@@ -31,12 +33,12 @@ class BedPlacement:
 
     turn : (2, 2) float, page to machine; an isometry, so its transpose leads back.
     shift : (2,) float, mm, machine coordinates of the page's top left corner.
-    turned : whether the page lies with its top to the left.
+    turned : where its top lies, if not away from the reader: one of `TOPS`.
     """
 
     turn: Array
     shift: Array
-    turned: bool
+    turned: str
 
     __repr__ = one_line
 
@@ -51,21 +53,21 @@ class BedPlacement:
 
 def place(page: Page, profile: Plotter) -> BedPlacement:
     """How a page lies on the bed of a machine."""
-    turned = (
-        _measure_cover(profile, page.height, page.width) > _measure_cover(profile, page.width, page.height) + _SLACK
-    )
-    width, height = (page.height, page.width) if turned else (page.width, page.height)
+    upright, sideways = (page.width, page.height), (page.height, page.width)
+    quarters, moved = profile.laid.quarters, np.array([profile.laid.x, profile.laid.y], dtype=float)
+    if quarters is None:
+        quarters = 1 if _measure_cover(profile, *sideways) > _measure_cover(profile, *upright) + _SLACK else 0
+    width, height = sideways if quarters % 2 else upright
     # page → sheet as it lies, origin at its upper left, y towards the reader
-    turn, shift = np.eye(2), np.zeros(2)
-    if turned:
-        turn, shift = np.array([[0.0, 1.0], [-1.0, 0.0]]), np.array([0.0, page.width])
+    turn = np.linalg.matrix_power(np.array([[0.0, 1.0], [-1.0, 0.0]]), quarters)
+    shift = 0.0 - np.minimum(turn @ np.array(upright), 0.0)
     left, above = {"bottom-left": (0.0, height), "top-left": (0.0, 0.0), "centre": (width / 2, height / 2)}[
         profile.bed.origin
     ]
     away = -1.0 if profile.bed.y == "up" else 1.0
     flip = np.array([1.0, away])
-    corner = flip * (shift - [left, above]) - _inset(profile)
-    return BedPlacement(readonly(flip[:, None] * turn, 2, 2), readonly(corner, 2), turned)
+    corner = flip * (shift - [left, above]) - _inset(profile) + moved
+    return BedPlacement(readonly(flip[:, None] * turn, 2, 2), readonly(corner, 2), TOPS[quarters])
 
 
 def _inset(profile: Plotter) -> Array:

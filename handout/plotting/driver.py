@@ -168,7 +168,8 @@ def draw(
     instrumented = port if isinstance(port, InstrumentedPort) else None
     if fresh:
         if plan.placement.turned:
-            monitor.log("The page is turned to fit the bed: its top edge lies to the left.")
+            why = "to fit the bed" if controller.profile.laid.quarters is None else "as it was laid"
+            monitor.log(f"The page is turned {why}: its top edge lies {plan.placement.turned}.")
         if (warning := bed.beyond_paper(plan.drawing)) is not None:
             monitor.log(warning)
         for sentence in hooking.tell_hooks([plan.drawing], plan.profile):

@@ -286,7 +286,7 @@ def test_sheet(profile: Plotter, page: Page, rng: np.random.Generator) -> Drawin
     edge = _EDGE * float(min(page.width, page.height))
     left, top = (np.maximum(corners.min(axis=0), 0.0) + edge).tolist()
     right, bottom = (np.minimum(corners.max(axis=0), [page.width, page.height]) - edge).tolist()
-    names = ("Y", "X") if placement.turned else ("X", "Y")
+    names = ("Y", "X") if placement.turn[0, 0] == 0 else ("X", "Y")
     # whose sheet this is, with what its pen was told
     called = "".join(char for char in profile.name.removeprefix("plotter-") if " " <= char <= "~") or "plotter"
     if profile.pen.lift not in ("own", "command"):

@@ -142,6 +142,14 @@ class PenMoveBody(Body, frozen=True):
     y: Annotated[float, Meta(ge=-2000, le=2000)] = 0.0
 
 
+class SheetOnBed(Body, frozen=True):
+    """How a sheet lies: quarters to the left; x, y : its upper left corner as it is seen, mm from that of the bed."""
+
+    quarters: Literal[0, 1, 2, 3]
+    x: Annotated[float, Meta(ge=-5000, le=5000)]
+    y: Annotated[float, Meta(ge=-5000, le=5000)]
+
+
 PrinterName = Annotated[str, Meta(pattern=r"^[\w.-]{0,100}(?!\n)$")]  # a profile or a queue, and no address
 
 

@@ -20,6 +20,7 @@ from handout.web.calls import (
     NewPlot,
     PenMoveBody,
     Said,
+    SheetOnBed,
     TriedBatch,
 )
 from handout.web.hands import find_upload, put_beside
@@ -118,6 +119,12 @@ async def page(studio: Studio, request: Request, body: None) -> Response:
     return Response(await studio.answer("a page of a plot", call), media_type="image/svg+xml")
 
 
+async def lay(studio: Studio, request: Request, body: SheetOnBed) -> Response:
+    """The sheets of a plot are laid otherwise."""
+    call = Call("plot_desk.lay_sheet", (_idle(studio, request, "plot"), body.quarters, body.x, body.y))
+    return json_answer(await studio.answer("a sheet", call))
+
+
 async def draw(studio: Studio, request: Request, body: DrawnPlot) -> Response:
     """A plot is drawn, or what is left of it."""
     name = _idle(studio, request, "plot", "")
@@ -204,6 +211,7 @@ ROUTES = (
         _show_one("plot", "plot_desk.show_plot")),
     Way("GET", f"{_PLOT}/pages/{{page:int}}", "A page of it, from 0, its strokes as they are drawn", page,
         answer="image/svg+xml"),
+    Way("PUT", f"{_PLOT}/sheet", "Lay its sheets otherwise on the bed, before it begins", lay, body=SheetOnBed),
     Way("POST", f"{_PLOT}/draw", "Draw it, or what is left; the task's events tell where the pen is", draw,
         body=DrawnPlot),
     Way("DELETE", _PLOT, "Delete it", _forget_one("plot", "plot_jobs.forget_job")),

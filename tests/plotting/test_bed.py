@@ -61,6 +61,19 @@ def test_an_upright_a4_is_turned_with_its_top_to_the_left():
     assert right[1] > left[1]  # text runs away from the reader
 
 
+@pytest.mark.parametrize(("quarters", "corner", "right"), [
+    (0, (20, 220), (1, 0)), (1, (20, 10), (0, 1)), (2, (168, 10), (-1, 0)), (3, (230, 158), (0, -1)),
+])  # fmt: skip
+def test_a_sheet_that_is_laid_is_drawn_as_it_lies(quarters, corner, right):
+    """Its lower left corner, as it is seen, is moved by 20 and 10 mm; text runs to the right, away, back, nearer."""
+    profile = msgspec.structs.replace(PROFILE, laid=profiles.LaidSheet(quarters, Length(20), Length(10)))
+    placed = bed.place(A5, profile)
+    assert placed.to_machine(np.zeros((1, 2)))[0] == pytest.approx(corner) and placed.turned == bed.TOPS[quarters]
+    made = plan(Drawing((Stroke(np.linspace(0, 1, 5), np.linspace((0, 0), (40, 0), 5)),), A5), profile)
+    pen_down = made.toolpath.points[np.flatnonzero(made.toolpath.draws), :2]
+    assert np.ptp(pen_down, axis=0) @ np.abs(right) > 20 and made.placement.to_page(pen_down)[:, 1] == pytest.approx(0)
+
+
 def test_outside_the_bed_says_where():
     far = Drawing((Stroke([0.0, 1.0], [[10.0, 10.0], [412.0, 20.0]]),), Page(450, 200))
     said = "x = 412 mm is outside the bed 0–300 mm of plotter-simulated: use --fit or a larger bed."

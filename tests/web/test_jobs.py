@@ -74,6 +74,18 @@ def test_a_plot_is_kept_looked_at_and_drawn(program):
     assert program.get(f"/api/plots/{plot['job']}").status_code == 422
 
 
+def test_its_sheet_is_laid_otherwise_until_it_is_drawn(program):
+    plot = kept(program)
+    path = f"/api/plots/{plot['job']}"
+    laid = program.put(f"{path}/sheet", json={"quarters": 1, "x": 100, "y": 50}).json()
+    assert laid["lies"]["matrix"] == [0, -1, 1, 0, 100, 124] and laid["lies"]["turned"] == "to the left"
+    beyond = program.put(f"{path}/sheet", json={"quarters": 0, "x": 290, "y": 50})
+    assert beyond.status_code == 422 and "use another place for the sheet" in beyond.json()["error"]
+    assert program.get(path).json()["lies"] == laid["lies"]
+    assert drawn(program, plot["job"])["facts"]["finished"]
+    assert "stays where it lies" in program.put(f"{path}/sheet", json={"quarters": 0, "x": 0, "y": 0}).json()["error"]
+
+
 def test_a_plot_pauses_goes_on_and_is_stopped_where_the_journal_says(program):
     plot = kept(program, "Hi hi hi")
     task, seen = begun(program, plot["job"])

@@ -327,6 +327,22 @@ def test_a_text_goes_to_the_plotter_and_its_pen_is_seen(page):
     page.get_by_role("button", name="Look at it on the bed").click()
     page.locator(".bed .stroke.pale").first.wait_for()
     assert axe(page) == []
+    for way in ("to the left", "towards you"):
+        page.get_by_role("button", name="Turn the sheet").press("Enter")
+        page.get_by_text(f"The sheet lies with its top edge {way}.").wait_for()
+    page.locator(".bed .movable").press("ArrowRight")
+    page.locator(".bed .movable").press("Shift+ArrowRight")
+    sheet = page.locator(".bed .leaf").bounding_box()
+    page.mouse.move(sheet["x"] + 5, sheet["y"] + 5)
+    page.mouse.down()
+    page.mouse.move(sheet["x"] + 45, sheet["y"] + 5)
+    with page.expect_response("**/sheet"):
+        page.mouse.up()
+    page.locator('.bed .movable:not([transform^="translate"])').wait_for()
+    moved = page.locator(".bed .leaf").bounding_box()
+    assert abs(moved["x"] - sheet["x"] - 40) < 3 and abs(moved["y"] - sheet["y"]) < 3
+    kept(page, "jobs-laid", 500)
+    assert axe(page) == []
     assert page.get_by_label("Connected at").input_value() == "", "no machine is chosen unasked, nor the simulated one"
     page.get_by_role("button", name="Draw", exact=True).press("Enter")
     page.locator(".bad", has_text="Choose first where the plotter is connected").wait_for()

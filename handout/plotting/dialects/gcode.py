@@ -21,7 +21,7 @@ def header(plan: Plan, profile: Plotter) -> list[bytes]:
     """Lines of comments that say what a program is."""
     about, page = plan.drawing.about, plan.drawing.page
     facts = [("title", about.get("title")), ("hand", about.get("hand")), ("seed", about.get("seed"))]
-    turned = ", turned: its top lies to the left" if plan.placement.turned else ""
+    turned = f", turned: its top lies {plan.placement.turned}" if plan.placement.turned else ""
     facts += [
         ("page", f"{page.name} {page.width:g} x {page.height:g} mm{turned}"),
         ("machine", profile.name or profile.title),

@@ -79,14 +79,42 @@ function machine(machines) {
   return { element, port, device };
 }
 
-/** How large bed and sheet are, and where the sheet lies, written beside them. */
-function measures({ bed: [wide, high], page: [width, height], lies: { matrix: [a, b, c, d, e, f], zero: [x, y] } }) {
+/** Whether its sheet can be moved: nothing of it is drawn. */
+const canBeLaid = (plot) => Boolean(plot?.lies) && !plot.runs.length;
+
+/** The edges of the sheet as it lies, mm from the bed's upper left: left, top, right, low. */
+function edges({ page: [width, height], lies: { matrix: [a, b, c, d, e, f] } }) {
   const xs = [e, e + a * width, e + c * height, e + a * width + c * height], ys = [f, f + b * width, f + d * height, f + b * width + d * height];
-  const [left, top, right, low] = [Math.min(...xs), Math.min(...ys), Math.max(...xs), Math.max(...ys)], size = Math.max(wide, high) / 32;
+  return [Math.min(...xs), Math.min(...ys), Math.max(...xs), Math.max(...ys)];
+}
+
+/** How large bed and sheet are, and where the sheet lies, written beside them. */
+function measures(plot) {
+  const { bed: [wide, high], lies: { zero: [x, y] } } = plot, [left, top, right, low] = edges(plot), size = Math.max(wide, high) / 32;
   const write = (at, up, text) => s('text', { x: at, y: up, 'font-size': size }, text);
-  const away = [Math.abs(left - x), Math.abs(low - y)].map((one) => Math.round(one));
+  const away = [Math.abs(left - x), Math.min(Math.abs(low - y), Math.abs(top - y))].map((one) => Math.round(one));
   const room = low + size * 1.3 < high ? low + size * 1.2 : top - size * 0.5;
   return [write(size * 0.4, size * 1.2, `the bed, ${wide} × ${high} mm`), write(left + size * 0.3, room, `the sheet, ${Math.round(right - left)} × ${Math.round(low - top)} mm${away.some(Boolean) ? `, ${away.join(' and ')} mm from the start corner` : ', in the start corner'}`)];
+}
+
+/** The sheet is dragged, or moved by arrow keys, 1 mm each, with Shift 10; `lay` hears where it lies then. */
+function movable(group, plot, lay) {
+  const [left, top] = edges(plot), usual = group.getAttribute('transform');
+  let from = null, by = [0, 0], waiting = 0;
+  const shift = (x, y) => { by = [Math.round(x), Math.round(y)]; group.setAttribute('transform', `translate(${by.join(' ')}) ${usual}`); };
+  const at = (event) => new DOMPoint(event.clientX, event.clientY).matrixTransform(group.parentNode.getScreenCTM().inverse());
+  const moved = () => { if (by.some(Boolean)) lay(plot.lies.quarters, left + by[0], top + by[1]); };
+  group.addEventListener('pointerdown', (event) => { clearTimeout(waiting); from = [at(event).x - by[0], at(event).y - by[1]]; group.setPointerCapture(event.pointerId); });
+  group.addEventListener('pointermove', (event) => { if (from) shift(at(event).x - from[0], at(event).y - from[1]); });
+  for (const kind of ['pointerup', 'pointercancel']) group.addEventListener(kind, () => { if (from) { from = null; moved(); } });
+  group.addEventListener('keydown', (event) => {
+    const way = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] }[event.key];
+    if (!way) return;
+    event.preventDefault();
+    shift(by[0] + way[0] * (event.shiftKey ? 10 : 1), by[1] + way[1] * (event.shiftKey ? 10 : 1));
+    clearTimeout(waiting);
+    waiting = setTimeout(moved, 400); // ms, so that a key that is held asks once
+  });
 }
 
 /** The pens of a plot, in their order. */
@@ -98,7 +126,7 @@ function pens(plot) {
 }
 
 /** The bed with a sheet on it; `reach` shows how far the pen has come. */
-function bed(place, over) {
+function bed(place, over, lay) {
   let strokes = [], nib = null, ghost = null, shown = -1;
   async function load(plot, page) {
     shown = page;
@@ -106,14 +134,16 @@ function bed(place, over) {
     const svg = new DOMParser().parseFromString(source.replace(/<(style|script|metadata)\b[\s\S]*?<\/\1>/g, ''), 'image/svg+xml').documentElement;
     const ink = s('g', {}, ...[...svg.querySelectorAll('.ink')].map((layer) => document.importNode(layer, true)));
     const [wide, high] = plot.bed, [width, height] = plot.page;
-    const group = s('g', { transform: `matrix(${plot.lies.matrix.join(' ')})` },
+    const free = canBeLaid(plot);
+    const group = s('g', { transform: `matrix(${plot.lies.matrix.join(' ')})`, ...(free ? { class: 'movable', tabindex: 0, role: 'application', 'aria-label': 'The sheet: drag it, or move it by arrow keys' } : {}) },
       s('rect', { class: 'leaf', width, height }), ink);
     const [x, y] = plot.lies.zero, edge = Math.max(wide, high) * 0.02;
     strokes = inOrder(ink);
     ghost = s('path', { fill: 'none' });
     nib = s('circle', { class: 'nib', r: Math.max(wide, high) / 160, hidden: true });
     ink.firstChild.append(ghost); group.append(nib);
-    place.replaceChildren(s('svg', { viewBox: `${-edge} ${-edge} ${wide + 2 * edge} ${high + 2 * edge}`, role: 'img', 'aria-label': `${named(plot)} on the bed, ${wide} by ${high} mm` },
+    if (free) movable(group, plot, lay);
+    place.replaceChildren(s('svg', { viewBox: `${-edge} ${-edge} ${wide + 2 * edge} ${high + 2 * edge}`, role: free ? 'group' : 'img', 'aria-label': `${named(plot)} on the bed, ${wide} by ${high} mm` },
       s('rect', { class: 'table', width: wide, height: high }), group, ...measures(plot), s('path', { class: 'zero', d: `M${x - edge} ${y}h${2 * edge}M${x} ${y - edge}v${2 * edge}` })));
   }
   function reach(at) {
@@ -148,10 +178,10 @@ export async function show(main, shared, [chosen]) {
   const question = h('p', { class: 'asked', role: 'alert' });
   const act = (label, work, main_ = false) => h('button', { type: 'button', class: main_ ? 'main' : undefined, onclick: () => work().catch((error) => { refusal.textContent = error.message; }) }, label);
   const start = act('Draw', draw, true), pause = act('Pause', () => word('pause')), on = act('Continue', () => word('on'), true);
-  const stop = act('Stop', () => word('stop')), drop = act('Delete', forget);
+  const stop = act('Stop', () => word('stop')), drop = act('Delete', forget), turn = act('Turn the sheet', turned);
   const [zeroLabel, zero] = tick('The pen stands above the start corner');
   const [homeLabel, home] = tick('Back to the start corner when stopped');
-  const view = bed(place, () => (simulated ? 'The simulated plotter drew all of it: nothing is on paper.' : 'All of it is drawn.'));
+  const view = bed(place, () => (simulated ? 'The simulated plotter drew all of it: nothing is on paper.' : 'All of it is drawn.'), lay);
   let plot = null, running = null, live = {}, left = false, simulated = false;
 
   async function word(what) {
@@ -168,6 +198,21 @@ export async function show(main, shared, [chosen]) {
     watch(begun.id);
     await listed();
   }
+  /** The sheets are laid so: quarters to the left, their upper left corner there, mm from the bed's. */
+  async function lay(quarters, x, y) {
+    const focused = document.activeElement?.matches('.movable');
+    let wrong = '';
+    await request('PUT', `/api/plots/${plot.job}/sheet`, { quarters, x, y }).catch((error) => { wrong = error.message; });
+    await choose(plot.job); // as it lies now, moved or not
+    refusal.textContent = wrong;
+    if (focused) place.querySelector('.movable')?.focus();
+  }
+  /** A quarter to the left about its middle, as far as the bed goes. */
+  async function turned() {
+    const [left, top, right, low] = edges(plot), [wide, high] = plot.bed, [width, height] = [low - top, right - left];
+    const inside = (middle, size, most) => Math.max(0, Math.min(middle - size / 2, most - size));
+    await lay((plot.lies.quarters + 1) % 4, inside((left + right) / 2, width, wide), inside((top + low) / 2, height, high));
+  }
   async function forget() {
     await request('DELETE', `/api/plots/${plot.job}`);
     say(`Deleted ${named(plot)}.`);
@@ -179,6 +224,7 @@ export async function show(main, shared, [chosen]) {
     start.hidden = now || !plot || plot.finished;
     start.textContent = plot?.runs.length ? 'Continue' : 'Draw';
     pause.hidden = !now || asks; on.hidden = !asks; stop.hidden = !now; drop.hidden = now || !plot;
+    turn.hidden = now || !canBeLaid(plot);
     zeroLabel.hidden = now || !plot?.runs.length || plot.finished; homeLabel.hidden = now || !plot || plot.finished;
     question.textContent = live.question || '';
     bar.hidden = !plot || plot.finished;
@@ -222,7 +268,7 @@ export async function show(main, shared, [chosen]) {
     if (!plot.finished) devices.device.value = plot.device;
     const machineName = shared.choices.plotters.find((one) => one.name === plot.device)?.title || plot.device;
     sentences(`“${named(plot)}” for ${machineName}: ${plot.sheets} ${plot.sheets === 1 ? 'sheet' : 'sheets'}, ${metres(plot.pen_down_mm)} of ink.`,
-      plot.outlook && plot.runs.length ? plot.outlook : '', plot.lies?.turned ? 'The sheet lies with its top edge to the left.' : '',
+      plot.outlook && plot.runs.length ? plot.outlook : '', plot.lies?.turned ? `The sheet lies with its top edge ${plot.lies.turned.replace('the reader', 'you')}.` : '', canBeLaid(plot) ? 'Drag the sheet to where it lies on the bed.' : '',
       plot.stopped && !plot.finished ? `It ended: ${plot.stopped}.` : '');
     told.append(pens(plot));
     controls();
@@ -245,7 +291,7 @@ export async function show(main, shared, [chosen]) {
   const devices = machine(machines);
   main.append(h('div', { class: 'jobs' },
     h('div', { class: 'column' }, h('h1', { class: 'hidden' }, 'Plotter'), devices.element, h('section', { class: 'panel' }, h('h2', {}, 'Plots'), list)),
-    h('section', { class: 'desk', 'aria-label': 'The bed' }, h('div', { class: 'tools' }, start, on, pause, stop, drop, zeroLabel, homeLabel),
+    h('section', { class: 'desk', 'aria-label': 'The bed' }, h('div', { class: 'tools' }, start, on, pause, stop, turn, drop, zeroLabel, homeLabel),
       h('div', { class: 'asks' }, refusal, question), bar, place, told)));
   controls();
   const { plots, drawn } = await listed();
