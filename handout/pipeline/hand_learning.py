@@ -46,7 +46,7 @@ def work_out(hand: ScannedHand, *, strokes: bool = True) -> Mapping[str, Array]:
     return known_values(hand)
 
 
-def keep_beside(hand: ScannedHand) -> None:
+def learn_beside(hand: ScannedHand) -> None:
     """Where something was worked out of a hand that its file does not keep, work out the rest and keep it beside it.
 
     Where the folder cannot be written it is worked out with each text.

@@ -45,7 +45,6 @@ if TYPE_CHECKING:
 
 _SET = 0.5  # of the work on a text before it is drawn, when its letters are on their pages; measured
 _HURRIED = 2.5  # pace of --speed fast in a file, set by eye; a plotter goes as fast as it can instead
-_MOST_NAMED = 12  # words that a refusal lists
 # what a page in a scanned hand may be wanted as; a drawn hand has strokes only
 INK, STROKES = frozenset({"ink"}), frozenset({"strokes"})
 
@@ -169,11 +168,11 @@ def _wish_legible(
         return hand, notes
     if hand.pages is None:
         return hand, (*notes, f"--legible: {hand.name} is a drawn hand, as legible as it was drawn.")
-    from handout.pipeline.hand_learning import keep_beside
+    from handout.pipeline.hand_learning import learn_beside
     from handout.writing.legibility import misreadings, prefer_legible
 
     misreadings(hand)  # so that what is worked out is kept of the hand as it is, not as it is wished
-    keep_beside(hand)
+    learn_beside(hand)
     return prefer_legible(hand, wish), notes
 
 
@@ -397,8 +396,8 @@ def word_box(line: Line, word: str) -> list[float] | None:
 def refuse_doubts(doubts: Sequence[Doubt], task: WritingTask) -> None:
     """Raise InputError where the task is strict and words read as others."""
     if doubts and task.strict:
-        named = ", ".join(f"{doubt.word} as {doubt.reads_as or 'nothing'}" for doubt in doubts[:_MOST_NAMED])
-        more = f" and {len(doubts) - _MOST_NAMED} more" if len(doubts) > _MOST_NAMED else ""
+        named = ", ".join(f"{doubt.word} as {doubt.reads_as or 'nothing'}" for doubt in doubts[: units.MOST_NAMED])
+        more = f" and {len(doubts) - units.MOST_NAMED} more" if len(doubts) > units.MOST_NAMED else ""
         raise InputError(
             f"--strict: {units.count(len(doubts), 'word')} may be misread ({named}{more}); use --legible, another "
             f"seed or other words, or say which letters of {task.hand.name} read badly (handout hand check --sheet)."
@@ -459,9 +458,9 @@ def draw(
 ) -> Drawing:
     """Draw a page as timed strokes or scanned ink (`wanted`: see `TextDocument.draw`), with what outputs keep."""
     if task.hand.pages is not None:
-        from handout.pipeline.hand_learning import keep_beside
+        from handout.pipeline.hand_learning import learn_beside
 
-        keep_beside(task.hand.author or task.hand)
+        learn_beside(task.hand.author or task.hand)
     drawing = Drawing((), page.page, {})
     if task.hand.pages is None or task.traced or wanted & STROKES:
         from handout.motion.trace import trace

@@ -97,33 +97,32 @@ def edits(log_posteriors: Array, labels: Sequence[int]) -> Array:
     if len(log_posteriors) == 0:
         return np.full((count, classes), _NEVER)
     seen = log_posteriors[:, states]
-    ahead, behind = _forward(seen, _skips(states)), _forward(seen[::-1, ::-1], _skips(states[::-1]))[::-1, ::-1]
+    both = np.stack([seen, seen[::-1, ::-1]], axis=1)
+    ahead, behind = np.moveaxis(_forward(both, np.stack([_skips(states), _skips(states[::-1])])), 1, 0)
+    behind = behind[::-1, ::-1]
     at = np.arange(count)
     is_letter = at % 2
     # states of the blank and of the letter before what is new, and after it
     blank, letter, blank_on, letter_on = at - is_letter, at - 1 - is_letter, at + is_letter, at + 1 + is_letter
     first, last = letter < 0, letter_on >= count
+    # from what was read of the text before each step, and to what is read after it: by way of the blank, or of both;
     # a neighbour that equals what is new is parted from it by a blank
-    padded = np.append(states, -1)
-    unlike, unlike_on = (
-        np.arange(classes) != np.where(none, -1, padded[np.clip(near, 0, count)])[:, None]
-        for near, none in ((letter, first), (letter_on, last))
-    )
-    run, total = np.full((count, classes), _NEVER), np.full((count, classes), _NEVER)
-    for step, row in enumerate(log_posteriors):
-        if step:
-            near = np.where(first, _NEVER, ahead[step - 1, np.maximum(letter, 0)])[:, None]
-            run = np.logaddexp(run, ahead[step - 1, blank][:, None])
-            run = np.where(unlike, np.logaddexp(run, near), run)
-        else:
-            run[first] = 0.0
-        run = run + row
-        if step + 1 < len(log_posteriors):
-            near = np.where(last, _NEVER, behind[step + 1, np.minimum(letter_on, count - 1)])[:, None]
-            leave = np.logaddexp(behind[step + 1, blank_on][:, None], np.where(unlike_on, near, _NEVER))
-        else:
-            leave = np.where(last, 0.0, _NEVER)[:, None]
-        total = np.logaddexp(total, run + leave)
+    ways = list[Array]()
+    for there, parting, near, none in ((ahead[:-1], blank, letter, first), (behind[1:], blank_on, letter_on, last)):
+        at = np.clip(near, 0, count - 1)
+        unlike = np.arange(classes) != np.where(none, -1, states[at])[:, None]
+        either = np.logaddexp(there[:, parting], np.where(none, _NEVER, there[:, at]))
+        ways.append(np.where(unlike, either[..., None], there[:, parting][..., None]))
+    enter, leave = ways
+    runs = np.empty((len(log_posteriors), count, classes))
+    runs[0] = np.where(first, 0.0, _NEVER)[:, None] + log_posteriors[0]
+    for step, row in enumerate(log_posteriors[1:]):
+        runs[step + 1] = np.logaddexp(runs[step], enter[step]) + row
+    runs[:-1] += leave
+    runs[-1] += np.where(last, 0.0, _NEVER)[:, None]
+    most = np.maximum(runs.max(axis=0), np.finfo(np.float64).min)
+    with np.errstate(divide="ignore"):  # of texts that are too long for the steps
+        total: Array = most + np.log(np.exp(runs - most).sum(axis=0))
     total[::2, BLANK] = _NEVER
     total[1::2, BLANK] = [_probability_without(k, labels, ahead, behind) for k in range(len(labels))]
     return total
@@ -237,13 +236,10 @@ def _skips(states: Indices) -> Array:
 
 def _forward(seen: Array, skips: Array) -> Array:
     """(n, …, states): log probability of the steps so far, over all ways that end in each state (skips: …, states)."""
-    score = np.full(seen.shape, _NEVER)
-    score[0, ..., :2] = seen[0, ..., :2]
-    for step in range(1, len(seen)):
-        before = score[step - 1]
-        reached = before.copy()
-        reached[..., 1:] = np.logaddexp(before[..., 1:], before[..., :-1])
-        skipped = np.logaddexp(reached[..., 2:], before[..., :-2])
-        reached[..., 2:] = np.where(skips[..., 2:], skipped, reached[..., 2:])
-        score[step] = reached + seen[step]
-    return score
+    score = np.full((*seen.shape[:-1], seen.shape[-1] + 2), _NEVER)  # two states more, before the first: closed
+    score[0, ..., 2:4] = seen[0, ..., :2]
+    closed = np.where(skips, 0.0, _NEVER)
+    for before, now, row in zip(score[:-1], score[1:], seen[1:], strict=True):
+        reached = np.logaddexp(before[..., 2:], before[..., 1:-1])
+        now[..., 2:] = np.logaddexp(reached, before[..., :-2] + closed) + row
+    return score[..., 2:]

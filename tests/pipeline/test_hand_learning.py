@@ -10,7 +10,7 @@ from handout.errors import InputError
 from handout.hand import file, learnt, library
 from handout.hand.learnt import is_kept, recall
 from handout.hand.measures import ink_colours
-from handout.pipeline.hand_learning import keep_beside
+from handout.pipeline.hand_learning import learn_beside
 from handout.pipeline.options import PictureOptions, SheetOptions, WritingOptions
 from handout.pipeline.texts import prepare
 from handout.pipeline.writing import write
@@ -50,7 +50,7 @@ def test_a_folder_that_cannot_be_written_is_left_alone_without_a_word(own, monke
     monkeypatch.setattr("handout.pipeline.hand_learning.work_out", lambda hand, strokes: learnt.known_values(hand))
     with monkeypatch.context() as patched:
         patched.setattr(atomic, "write", refuse)
-        keep_beside(hand)
+        learn_beside(hand)
     assert is_kept(hand) and not own.with_suffix(".learnt").exists()
 
 
