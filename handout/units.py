@@ -17,6 +17,8 @@ _UNITS: dict[str, dict[str, float]] = {
     "speed": {"mm/s": 1.0, "mm/min": 1 / 60, "m/s": 1000.0, "in/s": 25.4, "in/min": 25.4 / 60},
     "acceleration": {"mm/s2": 1.0, "mm/s²": 1.0, "m/s2": 1000.0, "m/s²": 1000.0},
 }
+POINT, PX = 25.4 / 72, 25.4 / 96  # mm: of PDF and of CSS
+MOST_NAMED = 12  # words, rows or files that a sentence names; set by eye
 GREATEST = 1e9  # of any quantity, in its first unit, and of any number in a file of settings; set by eye
 _QUANTITY = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([^\d\s].*?)?\s*\Z")
 

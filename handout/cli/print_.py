@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     from handout.pipeline.row_work import BatchDelivery
 
 Made = TypeVar("Made", bound="BatchDelivery")
-_MOST_NAMED = 12  # files that are named at the end
 
 
 @verb("print")
@@ -61,7 +60,7 @@ def command(
 def summary(result: BatchDelivery) -> str:
     """What became of a batch, in a few words; of several devices which rows each made."""
     report = result.report
-    files = ", ".join(map(str, report.files[:_MOST_NAMED]))
+    files = ", ".join(map(str, report.files[: units.MOST_NAMED]))
     jobs = units.count(len({job.name for job in report.jobs}), "job")
     where = files or f"{jobs} to {result.shares or result.destination}"
     before = f", {len(report.before)} before" if report.before else ""

@@ -12,7 +12,6 @@ from handout.pipeline.results import Tally
 if TYPE_CHECKING:
     from handout.pipeline.plotting import Plotted
 
-_MOST_NAMED = 12  # words that a sentence lists
 _MANY = 20  # characters: where more than one word in so many is a guess of its order, that is said
 _LONGEST_TEX = 60  # characters of a formula that is named
 
@@ -82,7 +81,7 @@ def tell_doubts(tally: Tally) -> str:
     """One sentence about the words that read as others; "" where there are none."""
     if not tally.doubtful:
         return ""
-    named = [f"{doubt['word']} as {doubt['reads_as'] or 'nothing'}" for doubt in tally.doubtful[:_MOST_NAMED]]
+    named = [f"{doubt['word']} as {doubt['reads_as'] or 'nothing'}" for doubt in tally.doubtful[: units.MOST_NAMED]]
     more = len(tally.doubtful) - len(named)
     return (
         f" May be misread: {', '.join(named)}{f' and {more} more' if more else ''}; other seeds choose other letters, "

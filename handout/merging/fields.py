@@ -13,6 +13,7 @@ from handout.printing.batch import MOST_COPIES
 from handout.printing.column_names import SETTINGS, identifier
 from handout.printing.columns import Column
 from handout.printing.rows import TableRow
+from handout.units import MOST_NAMED
 
 # role of a column → what a letter may call it whatever its header is
 _ROLES = {
@@ -21,7 +22,6 @@ _ROLES = {
     "last": "last_name",
     "middle": "middle_name",
 }
-_MOST_NAMED = 12  # rows, and groups of them, that a note lists
 ADDRESS = "address"  # the name of the lines of an address, where the table has one
 
 
@@ -164,11 +164,11 @@ def tell_repeats(table: Addresses, used: Collection[str], *, once: bool) -> Addr
 def _name_groups(groups: Sequence[Sequence[int]]) -> str:
     """Groups of rows in a few words, however many and large they are."""
     listed = list[str]()
-    for first, *rest in groups[:_MOST_NAMED]:
-        last = f"{len(rest) - _MOST_NAMED} others" if len(rest) > _MOST_NAMED + 1 else str(rest.pop())
-        named = ", ".join(map(str, [first, *rest[:_MOST_NAMED]]))
+    for first, *rest in groups[:MOST_NAMED]:
+        last = f"{len(rest) - MOST_NAMED} others" if len(rest) > MOST_NAMED + 1 else str(rest.pop())
+        named = ", ".join(map(str, [first, *rest[:MOST_NAMED]]))
         listed.append(f"{named} and {last}")
-    more = f", and {len(groups) - _MOST_NAMED} others" if len(groups) > _MOST_NAMED else ""
+    more = f", and {len(groups) - MOST_NAMED} others" if len(groups) > MOST_NAMED else ""
     return ", rows ".join(listed) + more
 
 

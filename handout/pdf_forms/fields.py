@@ -15,6 +15,7 @@ from typing import Any, Literal
 
 from handout import units
 from handout.errors import InputError
+from handout.units import POINT
 from handout.values import Page
 
 Kind = Literal["text", "check", "radio", "choice", "signature"]
@@ -27,7 +28,6 @@ MOST_WIDGETS = 5000  # likewise
 _MOST_BYTES = 100_000_000  # of a file, which is read whole
 _LONGEST_SIDE = 5080.0  # mm, of a page: 14,400 units of 1/72 inch
 DEEPEST = 32  # fields above a widget: more is a circle
-_POINT = 25.4 / 72  # mm
 # flags of fields and of annotations, as the bits of table 221 and 226 to 230, and of table 165
 _READ_ONLY, _REQUIRED = 1 << 0, 1 << 1
 _MULTILINE, _PASSWORD, _FILE, _COMB = 1 << 12, 1 << 13, 1 << 20, 1 << 24
@@ -171,7 +171,7 @@ def _frame_page(page: Any) -> tuple[Page, Matrix]:
     """A page as it is shown, and the matrix from its mm (y down) to the file's coordinates."""
     left, bottom, right, top = _box(page)
     unit = float(page.obj.get("/UserUnit", 1))
-    scale = 1 / (_POINT * unit)
+    scale = 1 / (POINT * unit)
     width, height = (right - left) / scale, (top - bottom) / scale
     if max(width, height) > _LONGEST_SIDE:
         raise ValueError("a page larger than any")

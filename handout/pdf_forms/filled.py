@@ -16,8 +16,8 @@ from itertools import count
 from typing import Any
 
 from handout.pdf_forms.fields import DEEPEST, Field, Kind, PdfForm, find_inherited, full_name, is_widget, open_pdf
+from handout.units import POINT
 
-_POINT = 25.4 / 72  # mm
 # what of the appearance of a text field is its value: between these it is drawn
 _VALUE = re.compile(rb"/Tx\s+BMC\b.*?\bEMC\b", re.DOTALL)
 _HIDDEN = 1 << 1 | 1 << 5  # flags of what is not seen
@@ -173,7 +173,7 @@ def fill_form(base: bytes, form: PdfForm, writing: Mapping[int, tuple[bytes, boo
             a, b, c, d, e, f = form.matrices[number]
             # the page of writing is in points, y up, from its lower left corner
             height = form.pages[number].height
-            parts = (a * _POINT, b * _POINT, -c * _POINT, -d * _POINT, e + c * height, f + d * height)
+            parts = (a * POINT, b * POINT, -c * POINT, -d * POINT, e + c * height, f + d * height)
             placing = " ".join(f"{part:.6f}" for part in parts)
             page.contents_add(b"q\n", prepend=True)
             page.contents_add(f"\nQ q {blend}{placing} cm {name} Do Q\n".encode())

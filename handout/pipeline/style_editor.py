@@ -194,6 +194,7 @@ def open_style(name: str) -> Facts:
     learned = style.model is not None
     return {
         "name": style.name,
+        "title": style.title,
         "learned": learned,
         "values": typing.cast(Facts, plain_values(style)),
         "groups": [

@@ -21,7 +21,6 @@ _LINE = 1.2  # times the size of letters: the usual distance of lines in CSS, in
 _LARGEST = 0.5  # of the size of letters: x-height of usual fonts, as CSS takes it for an ex; the hand's is no larger
 _AROUND = 60.0  # mm of blank paper around what is set
 _SPACE = 0.4  # of the size of letters: a blank at the end of a part; set by eye, beside the hands' own
-_MOST_NAMED = 12  # colours or layers of a drawing in a sentence
 _PAUSE = 0.1  # s between a text and what is drawn before and behind it
 
 
@@ -181,8 +180,8 @@ def describe_drawing(name: str, drawing: Drawing) -> tuple[str, Facts]:
     colours = Counter(stroke.colour for stroke in drawing.strokes)
     layers = Counter(stroke.layer for stroke in drawing.strokes)
     pens, named = (
-        ", ".join(f"{name or 'none'} ({count})" for name, count in counts.most_common(_MOST_NAMED))
-        + (f" and {len(counts) - _MOST_NAMED} more" if len(counts) > _MOST_NAMED else "")
+        ", ".join(f"{name or 'none'} ({count})" for name, count in counts.most_common(units.MOST_NAMED))
+        + (f" and {len(counts) - units.MOST_NAMED} more" if len(counts) > units.MOST_NAMED else "")
         for counts in (colours, layers)
     )
     left, top, right, bottom = box

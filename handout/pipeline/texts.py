@@ -45,7 +45,6 @@ if TYPE_CHECKING:
 
 _SET = 0.5  # of the work on a text before it is drawn, when its letters are on their pages; measured
 _HURRIED = 2.5  # pace of --speed fast in a file, set by eye; a plotter goes as fast as it can instead
-_MOST_NAMED = 12  # words that a refusal lists
 # what a page in a scanned hand may be wanted as; a drawn hand has strokes only
 INK, STROKES = frozenset({"ink"}), frozenset({"strokes"})
 
@@ -397,8 +396,8 @@ def word_box(line: Line, word: str) -> list[float] | None:
 def refuse_doubts(doubts: Sequence[Doubt], task: WritingTask) -> None:
     """Raise InputError where the task is strict and words read as others."""
     if doubts and task.strict:
-        named = ", ".join(f"{doubt.word} as {doubt.reads_as or 'nothing'}" for doubt in doubts[:_MOST_NAMED])
-        more = f" and {len(doubts) - _MOST_NAMED} more" if len(doubts) > _MOST_NAMED else ""
+        named = ", ".join(f"{doubt.word} as {doubt.reads_as or 'nothing'}" for doubt in doubts[: units.MOST_NAMED])
+        more = f" and {len(doubts) - units.MOST_NAMED} more" if len(doubts) > units.MOST_NAMED else ""
         raise InputError(
             f"--strict: {units.count(len(doubts), 'word')} may be misread ({named}{more}); use --legible, another "
             f"seed or other words, or say which letters of {task.hand.name} read badly (handout hand check --sheet)."

@@ -22,10 +22,10 @@ from handout.plotting.observation import (
 from handout.plotting.planning import feed_segments, hooking
 from handout.plotting.planning.plan import Plan
 from handout.plotting.ports import InstrumentedPort, Port
+from handout.units import MOST_NAMED
 from handout.values import Array, Drawing, Stroke
 
 _WINDOW = 0.5  # s over which time is compared with time; over less, a pen that hardly moves tells nothing
-_NAMED = 12  # words that are named
 _DOUBT = 0.005  # of a correlation that is told with its bounds
 _NOTED = 1.03  # a stretch beyond this is told with its place
 
@@ -159,7 +159,7 @@ def sentence(reports: Sequence[PlotReport]) -> str:
         return f"{measured} the pen never rested on the paper for longer than {least:.2f} s."
     words = dict.fromkeys(rest.text for report in reports for rest in report.observation.rests if rest.text)
     times = "once" if figures["rests"] == 1 else f"{figures['rests']} times"
-    named = [*words][:_NAMED] + ([f"{len(words) - _NAMED} more"] if len(words) > _NAMED else [])
+    named = [*words][:MOST_NAMED] + ([f"{len(words) - MOST_NAMED} more"] if len(words) > MOST_NAMED else [])
     where = f", in: {', '.join(named)}" if words else ""
     return f"{measured} the pen rested {times}, {figures['rested_s']:.2f} s in all{where}."
 

@@ -18,9 +18,9 @@ from handout.cli.options import list_options
 from handout.errors import HandoutError, InputError
 from handout.pipeline.declarations import build_options, bundle
 from handout.pipeline.options import SheetOptions, WritingOptions
+from handout.units import PX
 from handout.values import Drawing, Page, Stroke
 
-_PX = 25.4 / 96  # mm
 _TOLERANCE = 0.02  # mm between the strokes and the lines that vpype gets
 _DOT = 1e-2  # px
 _PACE, _LIFT = 50.0, 0.1  # mm/s and s, of lines without times
@@ -63,7 +63,7 @@ def command(document: Any, text: str, layer: Any, page_name: str | None, margin:
     from handout.pipeline.writing import drawings
 
     if not page_name and document.page_size is not None:
-        width, height = (side * _PX for side in document.page_size)
+        width, height = (side * PX for side in document.page_size)
         page_name = f"{width:.3f}x{height:.3f}mm"
     try:
         sheet = SheetOptions(page_name, margin, 1, usual_page="A5")
@@ -99,7 +99,7 @@ def add(drawing: Drawing, document: Any, layer: int | None = None) -> None:
         if colour and layer is None:
             document.layers[into].set_property(vpype.METADATA_FIELD_COLOR, vpype.Color(colour))
     if document.page_size is None:
-        document.page_size = (drawing.page.width / _PX, drawing.page.height / _PX)
+        document.page_size = (drawing.page.width / PX, drawing.page.height / PX)
 
 
 def lines(strokes: list[Stroke]) -> Any:
@@ -108,14 +108,14 @@ def lines(strokes: list[Stroke]) -> Any:
 
     found = vpype.LineCollection()
     for stroke in strokes:
-        z = stroke.xy @ np.array([1, 1j]) / _PX
+        z = stroke.xy @ np.array([1, 1j]) / PX
         dot = np.abs(z - z[0]).max() < _DOT
         # vpype drops what has no length; a dot of the pen is a very short line there
         if dot:
             found.append(np.array([z[0], z[0] + _DOT]))
         else:
             line = LineString(np.column_stack([z.real, z.imag]))
-            found.append(np.array(line.simplify(_TOLERANCE / _PX).coords) @ np.array([1, 1j]))
+            found.append(np.array(line.simplify(_TOLERANCE / PX).coords) @ np.array([1, 1j]))
     return found
 
 
@@ -128,7 +128,7 @@ def from_document(document: Any) -> Drawing:
     if not strokes:
         raise InputError("The vpype document has no lines: there is nothing to draw.")
     if document.page_size is not None:
-        width, height = (float(side) * _PX for side in document.page_size)
+        width, height = (float(side) * PX for side in document.page_size)
     else:
         reach = np.max([stroke.xy.max(axis=0) for stroke in strokes], axis=0)
         width, height = (max(float(side) + _MARGIN, 2 * _MARGIN) for side in reach)
@@ -143,7 +143,7 @@ def _strokes(document: Any) -> Iterator[Stroke]:
         colour = layer.property(vpype.METADATA_FIELD_COLOR)
         shade = "" if colour is None else f"#{colour.red:02x}{colour.green:02x}{colour.blue:02x}"
         for line in layer:
-            xy = np.column_stack([line.real, line.imag]) * _PX
+            xy = np.column_stack([line.real, line.imag]) * PX
             step = np.hypot(*np.diff(xy, axis=0).T)
             kept = pathdata.anchor_ends(xy[np.concatenate([[True], step > 1e-4])])
             t = clock + np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(kept, axis=0).T)) / _PACE])

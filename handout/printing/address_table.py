@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from handout import units
 from handout.errors import TableError
 from handout.printing import address_rows, rows
 from handout.printing.address_rows import ColumnAccount
@@ -24,8 +25,6 @@ from handout.printing.columns import (
 )
 from handout.printing.rows import TableRow
 from handout.printing.table_files import TableRecord, TableSheet, header_candidates, read_sheet
-
-_MOST_NAMED = 12  # kinds of invisible characters
 
 
 @dataclass(frozen=True)
@@ -198,7 +197,7 @@ def _unseen_note(records: Sequence[tuple[int, TableRecord]]) -> Iterator[str]:
     chars = list(dict.fromkeys(char for _, record in records for char in record.unseen))
     if chars:
         where = rows.name_rows([n for n, record in records if record.unseen])
-        yield f"what is invisible in {where} is not written: {', '.join(chars[:_MOST_NAMED])}"
+        yield f"what is invisible in {where} is not written: {', '.join(chars[: units.MOST_NAMED])}"
 
 
 def _build_addresses(

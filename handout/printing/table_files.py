@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from handout import encodings
+from handout import encodings, units
 from handout.errors import TableError
 from handout.printing import address, columns, contacts
 
@@ -42,7 +42,6 @@ _CURLY = re.compile(r"(?P<before>(?:\A|[,;\t|\n])[ ]?)[“”„](?P<cell>[^“�
 _RULE = re.compile(r"\A:?(?:-{3,}|={3,}):?\Z")  # under the header of a table that is drawn with strokes
 _KEPT_AS_TEXT = re.compile(r"""'(?=[\d+=])|="(?P<text>[^"]*)"\Z""")
 _MOST_UNPACKED = 200_000_000  # bytes of a workbook; one of a hundred thousand addresses has about a tenth of that
-_MOST_NAMED = 12  # hidden rows that are named
 _FORMAT_TOKEN = re.compile(r'"[^"]*"|\\.|.')
 _FORMAT_BRACKETS = re.compile(r"\[[^\]]*\]|_.|\*.")
 
@@ -259,7 +258,7 @@ def _workbook_notes(sheet: Worksheet, full: Sequence[str], rows: range) -> list[
         notes.append(f"the table {tables[0]!r} is read, not {', '.join(map(repr, tables[1:]))}")
     hidden = [str(n) for n in rows if sheet.row_dimensions[n].hidden]
     if hidden:
-        notes.append(f"rows that the sheet hides are read as well: {', '.join(hidden[:_MOST_NAMED])}")
+        notes.append(f"rows that the sheet hides are read as well: {', '.join(hidden[: units.MOST_NAMED])}")
     return notes
 
 

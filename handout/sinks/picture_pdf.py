@@ -20,9 +20,9 @@ from numpy.typing import NDArray
 import handout
 from handout import atomic
 from handout.inking.device_pixels import DevicePixels
+from handout.units import POINT
 from handout.values import Page
 
-_POINT = 25.4 / 72  # mm
 _CATALOG, _PAGES, _INFO = 1, 2, 3  # numbers of these objects
 # pixels by which a picture keeps inside its edges: an edge that lies on a pixel's boundary counts as the next pixel
 # for Poppler, which would then stretch the picture by one
@@ -60,7 +60,7 @@ def _picture(page: Page, pixels: NDArray[np.uint8], x: int, y: int, dpi: float) 
     height, width = pixels.shape[:2]
     # on the grid of the printer's pixels, which is counted from the top left of the sheet; PDF counts from the bottom
     pixel = 72 / dpi
-    bottom = page.height / _POINT - (y + height - _INSET) * pixel
+    bottom = page.height / POINT - (y + height - _INSET) * pixel
     matrix = ((width - 2 * _INSET) * pixel, 0, 0, (height - 2 * _INSET) * pixel, (x + _INSET) * pixel, bottom)
     placing = f"q {' '.join(map(_number, matrix))} cm /Im Do Q".encode()
     return PagePicture(placing, width, height, zlib.compress(pixels.tobytes(), 6))
@@ -112,7 +112,7 @@ class PdfWriter:
         body = self._take()
         self._object(body, b"<< /Length %d >>\nstream\n%b\nendstream" % (len(content), content))
         number = self._take()
-        box = f"[0 0 {_number(page.width / _POINT)} {_number(page.height / _POINT)}]"
+        box = f"[0 0 {_number(page.width / POINT)} {_number(page.height / POINT)}]"
         self._object(
             number,
             f"<< /Type /Page /Parent {_PAGES} 0 R /MediaBox {box} /Resources {resources} "

@@ -20,9 +20,9 @@ import numpy as np
 from handout.errors import InputError
 from handout.sources import recorded
 from handout.sources.recorded import Raw, lean
+from handout.units import PX
 from handout.values import Array, Drawing
 
-_PIXEL = 25.4 / 96  # mm
 _PLACES = (("x", "y"), ("offsetX", "offsetY"), ("clientX", "clientY"), ("pageX", "pageY"), ("screenX", "screenY"))
 _TIMES = ("timeStamp", "time", "t")
 _OVER = ("pointerup", "pointercancel", "pointerleave", "pointerout")
@@ -108,7 +108,7 @@ def _raw(events: Sequence[_Event]) -> Raw:
         raise InputError("This file has pointer events without places: x and y, offsetX and offsetY, or the like.")
     columns = [_values(events, name) for name in names]
     clocks = [values for name in _TIMES if (values := _values(events, name)) is not None]
-    xy = np.stack([c for c in columns if c is not None], axis=1) * _PIXEL
+    xy = np.stack([c for c in columns if c is not None], axis=1) * PX
     return Raw(xy, clocks[0] * 1e-3 if clocks else None, _pen_channels(events))
 
 

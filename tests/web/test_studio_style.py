@@ -79,6 +79,24 @@ def test_targets_and_ellipses_are_dragged_and_all_is_undone(desk):
     assert float(smooth.input_value()) == rounder, "a draft outlives its window"
 
 
+def test_styles_stand_side_by_side_and_one_is_written_with(page):
+    page.goto(page.home + "#styles")
+    for name in ("calm", "scrawl", "blackletter", "fast-tag"):
+        page.locator("li.card", has=page.get_by_label(f"The word in {name}")).locator("canvas[data-shown]").wait_for()
+    page.get_by_text("round, upright and slow").wait_for()
+    page.get_by_label("The word", exact=True).fill("hello")
+    page.locator("canvas[data-shown=hello]").nth(5).wait_for()
+    kept(page, "styles")
+    assert axe(page) == []
+    page.get_by_role("link", name="Change calm").press("Enter")
+    solved(page)
+    page.get_by_role("link", name="All styles, side by side").press("Enter")
+    page.get_by_role("button", name="Write with scrawl").press("Enter")
+    with page.expect_request(lambda asked: '"style":"scrawl"' in (asked.post_data or "")):
+        page.get_by_label("Style of movement").wait_for()
+    page.get_by_label("Style of movement").select_option("")
+
+
 def test_keys_alone_are_enough(desk):
     page = desk
     page.locator(".stage-ink svg").focus()

@@ -29,7 +29,6 @@ from handout.values import Array, Drawing, Stroke
 # what a dip costs, each more than all that there can be of the next on a page of thousands of strokes
 _WITHIN_STROKE, _WITHIN_WORD, _DIP, _UNEVEN = 1e9, 1e5, 1.0, 1e-5
 _ROOM = 4.0  # mm, about a letter, within which a place is looked for to part a stroke at; set by eye
-_NAMED = 12  # words that are named
 _TOUCH = 1e-6  # mm between the parts of a stroke
 _POT = 1.0  # mm around the ways of a pen in its pot: steps, and a place that is not quite where it should be
 
@@ -124,7 +123,7 @@ def _tell_page_hooks(drawing: Drawing, profile: Plotter) -> Iterator[str]:
     if within:
         words = drawing.about.get("words") or []
         named = dict.fromkeys(str(words[word]) for at in within if 0 <= (word := drawing.strokes[at].word) < len(words))
-        where = f", in: {', '.join([*named][:_NAMED])}" if named else ""
+        where = f", in: {', '.join([*named][: units.MOST_NAMED])}" if named else ""
         yield (
             f"{'A stroke is' if len(within) == 1 else 'Some strokes are'} longer than the {every:g} mm between two "
             f"dips: the pen is lifted within, where it is slowest, {units.count(len(within), 'time')}{where}."

@@ -13,15 +13,17 @@ const PAGES = {
   letters: ['Letter by letter', () => import('./letters.js')],
   jobs: ['Plotter', () => import('./jobs.js')],
   calibration: ['Colours', () => import('./calibration.js')],
-  style: ['Styles of movement', () => import('./style.js')],
+  styles: ['Styles of movement', () => import('./styles.js')],
+  style: ['A style of movement', () => import('./style.js')],
 };
 /** Doors: what the link says, and the pages behind it. */
-const DOORS = { write: ['Write', []], table: ['From a table', []], own: ['My hand', ['own', 'hands', 'letters']], jobs: ['On the desk', ['jobs', 'calibration', 'style']] };
+const DOORS = { write: ['Write', []], table: ['From a table', []], own: ['My hand', ['own', 'hands', 'letters']], jobs: ['On the desk', ['jobs', 'calibration', 'styles']] };
 const main = document.querySelector('#main');
 const shared = { choices: null, async refresh() { this.choices = await request('GET', '/api/choices'); } };
 let leave = null, shown = 0;
 
-function links(name) {
+function links(shownPage) {
+  const name = shownPage === 'style' ? 'styles' : shownPage; // one of them
   const door = Object.keys(DOORS).find((id) => id === name || DOORS[id][1].includes(name));
   const to = (id, label, here) => h('a', { href: `#${id}`, 'aria-current': here ? 'page' : undefined }, label);
   const within = (door && DOORS[door][1]) || [];

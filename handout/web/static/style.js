@@ -7,6 +7,7 @@ import { choice, field, h, s, save, say, tick } from './dom.js';
 const FIRST = { targets: [[24, 62], [40, 34], [50, 74], [64, 38], [76, 72], [94, 40], [104, 66], [126, 46]], up: [], own: null, page: [148, 105] };
 const FORMATS = { toml: 'Style (TOML)', targets: 'Targets (JSON)', svg: 'Drawing (SVG)', pdf: 'PDF', png: 'PNG', inkml: 'InkML', json: 'Drawing (JSON)' };
 const INK = '#20223a', FAINT = '#31457a';
+const EDGE = 0.8; // mm around a word, of which broad pens take a part
 const NEAR = { mouse: 10, pen: 14, touch: 24 }; // pixels within which a handle is taken
 
 const deg = (angle) => (angle * 180) / Math.PI;
@@ -28,7 +29,7 @@ function covarianceOf([one, two, angle]) {
 }
 
 /** Strokes as far as they are drawn at a time (s); all of them without one. */
-export function draw(context, strokes, colour, until = Infinity) {
+function draw(context, strokes, colour, until = Infinity) {
   context.strokeStyle = context.fillStyle = colour;
   context.lineCap = context.lineJoin = 'round';
   for (const { x, y, t, width, nib, turn } of strokes) {
@@ -53,8 +54,17 @@ export function draw(context, strokes, colour, until = Infinity) {
   }
 }
 
+/** Strokes as large as there is room, in the middle. */
+export function paintStrokes(context, width, height, strokes) {
+  const [x, y] = ['x', 'y'].map((name) => strokes.flatMap((one) => one[name]));
+  const [left, right, top, low] = [Math.min(...x) - EDGE, Math.max(...x) + EDGE, Math.min(...y) - EDGE, Math.max(...y) + EDGE];
+  const by = Math.min(width / (right - left), height / (low - top));
+  context.translate((width - by * (left + right)) / 2, (height - by * (top + low)) / 2); context.scale(by, by);
+  draw(context, strokes, INK);
+}
+
 /** A canvas that is as sharp as the screen; `paint` is given its context in CSS pixels, and its size. */
-function surface(label, paint) {
+export function surface(label, paint) {
   const canvas = h('canvas', label ? { role: 'img', 'aria-label': label } : { 'aria-hidden': 'true' });
   let size = null; // as it was laid out last: to ask for it after a change would have the page laid out once more
   new ResizeObserver(([entry]) => { size = entry.contentRect; }).observe(canvas);
@@ -172,12 +182,7 @@ export async function show(main, shared, [wanted]) {
 
   let shown = null;
   function paintWord(context, width, height) {
-    if (!shown) return;
-    const [x, y] = ['x', 'y'].map((name_) => shown.strokes.flatMap((one) => one[name_]));
-    const [left, right, top, low] = [Math.min(...x) - 2, Math.max(...x) + 2, Math.min(...y) - 2, Math.max(...y) + 2];
-    const by = Math.min(width / (right - left), height / (low - top));
-    context.translate((width - by * (left + right)) / 2, (height - by * (top + low)) / 2); context.scale(by, by);
-    draw(context, shown.strokes, INK);
+    if (shown) paintStrokes(context, width, height, shown.strokes);
   }
 
   const learned = () => Boolean(facts?.learned);
@@ -643,7 +648,7 @@ export async function show(main, shared, [wanted]) {
     h('section', { class: 'word', 'aria-label': 'A word in this style' }, line.canvas, h('div', { class: 'row' }, field('Word', word), field('Hand', hand), ofWord), wordNote),
   ), h(
     'aside', { class: 'side', 'aria-label': 'Style' },
-    h('div', {}, field('Open a style', chooser)),
+    h('p', {}, h('a', { href: '#styles' }, 'All styles, side by side')), h('div', {}, field('Open a style', chooser)),
     h('div', { class: 'row' }, h('div', { class: 'wide' }, field('Name', name)), button('Keep the style', keepIt, { class: 'main' })), saveRefusal,
     h('section', {}, h('h2', {}, 'Target'), aside, h('div', { class: 'row' }, button('Add after it', KEYS.a), button('Delete', remove), lifting), eachLabel, hint),
     h('section', {}, h('h2', {}, 'Numbers'), groups),

@@ -1,0 +1,56 @@
+// The page Styles of movement: one word in every style, side by side; each is written with, or changed.
+
+import { request } from './api.js';
+import * as drafts from './drafts.js';
+import { field, h } from './dom.js';
+import { paintStrokes, surface } from './style.js';
+
+const PAUSE = 300; // ms after the last key
+
+export async function show(main, shared) {
+  const before = await drafts.kept('style'), gone = new AbortController(), unkept = h('p', { class: 'bad', role: 'alert' });
+  const word = h('input', { value: before.word || 'minimum', maxlength: 40, autocomplete: 'off' });
+
+  /** A style: what it is called, what it looks like, and the word in it. */
+  function card(name) {
+    let strokes = [], values = null, asked = null;
+    const title = h('p', {}), wrong = h('p', { class: 'bad', role: 'alert' });
+    const line = surface(`The word in ${name}`, (context, width, height) => paintStrokes(context, width, height, strokes));
+    async function write() {
+      asked?.abort();
+      const own = asked = new AbortController();
+      try {
+        if (!values) {
+          const facts = await request('GET', `/api/styles/${encodeURIComponent(name)}`, undefined, gone.signal);
+          const [called, ...seen] = facts.title.split(': ');
+          title.replaceChildren(h('b', {}, called), facts.learned ? ' – moves as the drawings did that it was learned of' : seen.length ? ` – ${seen.join(': ')}` : '');
+          values = { name, values: facts.values, ...(facts.learned ? { base: name } : {}) };
+        }
+        ({ strokes } = await request('POST', '/api/movements/word', { text: word.value.trim() || 'minimum', style: values }, own.signal));
+        line.canvas.dataset.shown = word.value;
+        wrong.textContent = '';
+        line.again();
+      } catch (error) {
+        if (error.name !== 'AbortError') wrong.textContent = error.message;
+      }
+    }
+    const take = async () => {
+      await drafts.keep('draft', { ...await drafts.kept('draft'), style: name, more: true }, unkept);
+      location.hash = 'write';
+    };
+    const element = h('li', { class: 'card' }, title, h('figure', {}, line.canvas), wrong,
+      h('div', { class: 'row' }, h('button', { type: 'button', onclick: take, 'aria-label': `Write with ${name}` }, 'Write with it'), h('a', { class: 'button', href: `#style/${encodeURIComponent(name)}`, 'aria-label': `Change ${name}` }, 'Change it …')));
+    return { element, write, stop: () => asked?.abort() };
+  }
+
+  const cards = shared.choices.styles.map(card);
+  const all = async () => { for (const one of cards) if (!gone.signal.aborted) await one.write(); };
+  let waiting = 0;
+  word.addEventListener('input', () => { clearTimeout(waiting); waiting = setTimeout(all, PAUSE); });
+  main.append(h('div', { class: 'hands' }, h('h1', {}, 'Styles of movement'),
+    h('p', { class: 'quiet' }, 'The same letters, moved through in other ways. A style can be given to every hand: choose one here, or under More on the page Write.'),
+    before.unsaved && before.style ? h('p', {}, `Your changes of ${before.style.name} are not kept yet: `, h('a', { href: `#style/${encodeURIComponent(before.style.name)}` }, 'go on with them'), '.') : '',
+    unkept, h('div', { class: 'grid' }, field('The word', word)), h('ul', { class: 'cards' }, cards.map((one) => one.element))));
+  all();
+  return () => { gone.abort(); clearTimeout(waiting); for (const one of cards) one.stop(); };
+}
