@@ -1,7 +1,7 @@
 """Reads words as pictures: what stands there, letter by letter, and how likely it is what it should be.
 
 A small convolutional network gives the posteriors of letters for every second column of word space; `ctc` makes texts
-of them.  It sees a letter and half of its neighbours and knows no words, so that "loocs" is read as that.  Letters
+of them.  It sees a letter and its neighbours and knows no words, so that "loocs" is read as that.  Letters
 that nobody tells apart without the word around them (l, I and 1; s and S) count as one where a text is judged.
 
 Source: own method; the network learned from drawn hands, fonts, and lines of 63 people (`training.picture_reader`).
@@ -181,7 +181,8 @@ class PictureReading:
 class Reader:
     """A network that reads pictures.
 
-    stem : weights (size · size · in, out) and biases of the layers over rows and columns.
+    stem : weights (size · size · in, out) and biases of the layers over rows and columns; one that gives as many
+        channels as it is given is added to those.
     columns : the same of those over columns: the first and the last over one alone, the others over three.
     dilations : of those between.
     letters, temperature : as `PictureReading` has them.
@@ -215,18 +216,6 @@ class Reader:
         """Classes of a text's letters, each told from those that look alike."""
         return tuple(self.letters.index(fold(letter)) + 1 for letter in text)
 
-    def log_probability(self, picture: Array, text: str) -> float:
-        """See `PictureReading.log_probability`."""
-        return self.read(picture).log_probability(text)
-
-    def reads_as(self, picture: Array, text: str) -> Verdict:
-        """See `PictureReading.verdict`."""
-        return self.read(picture).verdict(text)
-
-    def with_temperature(self, temperature: float) -> Reader:
-        """The same network, more sure of itself, or less."""
-        return replace(self, temperature=temperature)
-
     def with_last_layer(self, weights: Array) -> Reader:
         """The same network with other weights in the last layer, its biases below them, for a temperature of 1."""
         last = weights.reshape(-1, len(self.letters) + 1).astype(np.float32)
@@ -255,7 +244,10 @@ class Reader:
         """
         x = np.pad(pictures, ((0, 0), (0, 0), (MARGIN, MARGIN)))[..., None]
         for number, (weight, bias) in enumerate(self.stem):
-            x = _over_rows(x, weight, bias, (2, 2) if number == 0 else (2, 1))
+            if x.shape[3] == len(bias):
+                x = x + _over_rows(x, weight, bias, (1, 1))
+            else:
+                x = _over_rows(x, weight, bias, (2, 2) if number == 0 else (2, 1))
         count, _, steps, _ = x.shape
         first, *between, _ = self.columns
         y = np.maximum(x.transpose(0, 2, 3, 1).reshape(count, steps, -1) @ first[0] + first[1], 0)

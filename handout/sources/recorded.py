@@ -19,8 +19,9 @@ _LONGEST = 1e5  # s that a stroke may take: more than a day
 _GREATEST = {"t": 1e13, "width": 1000.0, "nib": 1000.0}
 _GREATEST_TURN = 1e4  # set by eye
 RATE = 100.0  # samples a second where the file says nothing
-_LIFT = 0.1  # s between strokes whose clocks do not follow on each other
-_MARGIN = 5.0  # mm around the writing
+PACE = 50.0  # mm/s, of strokes without times
+LIFT = 0.1  # s between strokes whose clocks do not follow on each other
+MARGIN = 5.0  # mm around writing whose page is not known
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,8 +66,8 @@ def make_drawing(raw: Sequence[Raw], what: str, about: Mapping[str, Any], *, fit
     refuse_many(sum(len(stroke.xy) for stroke in raw), what)
     points = np.concatenate([stroke.xy for stroke in raw])
     low, high = points.min(axis=0), points.max(axis=0)
-    shift = _MARGIN - low if fit else np.where(low < 0, _MARGIN - low, 0.0)
-    width, height = (high + shift + np.minimum(low + shift, _MARGIN)).tolist()
+    shift = MARGIN - low if fit else np.where(low < 0, MARGIN - low, 0.0)
+    width, height = (high + shift + np.minimum(low + shift, MARGIN)).tolist()
     page = Page(max(width, 1.0), max(height, 1.0))
     for number, stroke in enumerate(raw, 1):
         t = stroke.start if stroke.t is None else stroke.t
@@ -91,10 +92,10 @@ def _stroke_times(stroke: Raw, origin: float, clocked: bool, end: float | None) 
     if clocked and stroke.t is not None:
         t = stroke.t - origin
     else:
-        begin = 0.0 if end is None else end + _LIFT
+        begin = 0.0 if end is None else end + LIFT
         t = (begin if stroke.start is None else stroke.start - origin) + np.arange(len(stroke.xy)) / RATE
     if end is not None and t[0] <= end:  # each stroke has a clock of its own
-        t = t - t[0] + end + _LIFT
+        t = t - t[0] + end + LIFT
     return t
 
 

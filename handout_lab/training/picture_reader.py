@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from handout.alphabet import JUNK, LETTERS
 from handout.reading import ctc
-from handout.reading.pictures import PictureReading, Reader, load
+from handout.reading.pictures import STEP, PictureReading, Reader, load
 from handout.reading.word_space import HEIGHT, MARGIN
 from handout_lab.training.word_pictures import varied
 
@@ -31,6 +31,7 @@ _TEMPERATURES = np.exp(np.arange(-0.7, 1.4, 0.05))  # that are tried
 _NEW = 0.2  # gain of a layer that is added to a network that has learnt: hardly anything is changed by it at first
 _BINS = 5  # of probability, in the table of reliability
 _USUAL_WIDTH = 96  # columns of a word's picture with its margins: what `Recipe.batch` counts
+_BARE, _APART = 40, 3  # ink, of 255, that is none; columns of paper between words that are cut apart
 _LOOK = 200  # batches after which the others are read
 READ = "".join(letter for letter in LETTERS if letter != JUNK)  # class n + 1 is READ[n], class 0 none
 
@@ -39,16 +40,18 @@ READ = "".join(letter for letter in LETTERS if letter != JUNK)  # class n + 1 is
 class Recipe:
     """How the reader is built and trained; the best of a few on fonts that were kept out.
 
-    stem : channels of the three layers that see rows; across : channels of those that see columns alone.
-    dilations : of the latter, columns: a letter and its neighbours are seen, where writing is broad half of them.
+    stem : channels of the three layers that see rows and halve them; added : layers after each that add to it.
+    across : channels of the layers that see columns alone.
+    dilations : of the latter, columns: a letter and its neighbours are seen, hardly ever a word.
     batch : pictures of usual width, or as much of wider ones.
     rate : highest learning rate; warm : share of the batches in which it rises.
     memory : share of the mean of the weights, which is what is kept, that stays from one batch to the next.
     """
 
     stem: tuple[int, int, int] = (24, 48, 64)
+    added: tuple[int, int, int] = (0, 2, 2)
     across: int = 160
-    dilations: tuple[int, ...] = (1, 2, 3, 1, 4, 2)
+    dilations: tuple[int, ...] = (1, 2, 3, 1, 4, 2, 1, 3)
     batch: int = 48
     rate: float = 1e-3
     warm: float = 0.03
@@ -58,34 +61,39 @@ class Recipe:
 
 
 def network(recipe: Recipe) -> nn.Sequential:
-    """(n, 1, HEIGHT, w) → (n, classes, w / 2): three layers over rows and columns, the others over columns."""
+    """(n, 1, HEIGHT, w) → (n, classes, w / 2): the first layers over rows and columns, the others over columns."""
     from torch import nn
 
-    class Beside(nn.Module):  # type: ignore[misc]  # torch is an extra, unknown where it is not installed
-        """A layer over neighbouring columns, added to what it was given."""
+    class Added(nn.Module):  # type: ignore[misc]  # torch is an extra, unknown where it is not installed
+        """A layer whose result is added to what it was given."""
 
-        def __init__(self, channels: int, dilation: int) -> None:
+        def __init__(self, layer: nn.Module, norm: nn.Module) -> None:
             super().__init__()
-            self.layer = nn.Conv1d(channels, channels, 3, padding=dilation, dilation=dilation, bias=False)
-            self.norm = nn.BatchNorm1d(channels)
+            self.layer, self.norm = layer, norm
 
         def forward(self, x: Tensor) -> Tensor:
             return x + self.norm(self.layer(x)).relu()
 
-    one, two, three = recipe.stem
-    stem = [
-        *(nn.Conv2d(1, one, 5, stride=2, padding=2, bias=False), nn.BatchNorm2d(one), nn.ReLU()),
-        *(nn.Conv2d(one, two, 3, stride=(2, 1), padding=1, bias=False), nn.BatchNorm2d(two), nn.ReLU()),
-        *(nn.Conv2d(two, three, 3, stride=(2, 1), padding=1, bias=False), nn.BatchNorm2d(three), nn.ReLU()),
+    stem, before = list[nn.Module](), 1
+    for number, (channels, added) in enumerate(zip(recipe.stem, recipe.added, strict=True)):
+        size, stride = (3, (2, 1)) if number else (5, (2, 2))
+        halving = nn.Conv2d(before, channels, size, stride=stride, padding=size // 2, bias=False)
+        stem += [halving, nn.BatchNorm2d(channels), nn.ReLU()]
+        for _ in range(added):
+            stem.append(Added(nn.Conv2d(channels, channels, 3, padding=1, bias=False), nn.BatchNorm2d(channels)))
+        before = channels
+    across = recipe.across
+    columns = [nn.Conv1d(before * (HEIGHT // 8), across, 1, bias=False), nn.BatchNorm1d(across), nn.ReLU()]
+    beside = [
+        Added(nn.Conv1d(across, across, 3, padding=dilation, dilation=dilation, bias=False), nn.BatchNorm1d(across))
+        for dilation in recipe.dilations
     ]
-    columns = [nn.Conv1d(three * (HEIGHT // 8), recipe.across, 1, bias=False), nn.BatchNorm1d(recipe.across), nn.ReLU()]
-    beside = [Beside(recipe.across, dilation) for dilation in recipe.dilations]
-    last = nn.Conv1d(recipe.across, len(READ) + 1, 1)
+    last = nn.Conv1d(across, len(READ) + 1, 1)
     return nn.Sequential(*stem, nn.Flatten(1, 2), *columns, *beside, nn.Dropout(recipe.dropout), last)
 
 
 def go_on_from(net: nn.Sequential, path: Path, pictures: Tensor) -> None:
-    """Give a network the weights of a reader that was written, which may have fewer layers over columns.
+    """Give a network the weights of a reader that was written, which may have fewer layers of those that are added.
 
     Its normalisations went into its weights: they are put back by what is measured on some pictures (n, 1, HEIGHT, w).
     """
@@ -97,12 +105,11 @@ def go_on_from(net: nn.Sequential, path: Path, pictures: Tensor) -> None:
     flat = [part for part in net.modules() if isinstance(part, (nn.Conv1d, nn.Conv2d, nn.BatchNorm1d, nn.BatchNorm2d))]
     norms = dict(zip(flat[::2], flat[1::2], strict=False))
     hooks = []
-    convolutions = [*list(norms)[: len(known) - 1], flat[-1]]
     for part in flat[::2]:
-        number = convolutions.index(part) if part in convolutions else None
-        if number is not None:
-            part.weight.data.copy_(torch.from_numpy(known[number][0].astype(np.float32)))
-        bias = None if number is None else torch.from_numpy(known[number][1].astype(np.float32))
+        bias = None
+        if known and known[0][0].shape == tuple(part.weight.shape):
+            weight, bias = (torch.from_numpy(array.astype(np.float32)) for array in known.pop(0))
+            part.weight.data.copy_(weight)
         if part in norms:
             hooks.append(norms[part].register_forward_pre_hook(_measured(bias)))
         elif bias is not None:
@@ -153,6 +160,44 @@ class Words:
         return self.pictures[:, start:end]
 
 
+def with_words_apart(lines: Words, reader: Reader, rng: np.random.Generator) -> Words:
+    """A set of lines and, of each, the words one, two or three at a time, cut where no ink is.
+
+    reader : which tells where the words of a text that it is given stand.
+    """
+    pieces = [
+        (piece, text, lines.sources[number])
+        for number, whole in enumerate(lines.texts)
+        for piece, text in [(lines.picture(number), whole), *_pieces(lines.picture(number), whole, reader, rng)]
+    ]
+    pictures, texts, sources = zip(*pieces, strict=True)
+    return Words(np.hstack(pictures), np.cumsum([piece.shape[1] for piece in pictures], dtype=np.intp), texts, sources)
+
+
+def _pieces(
+    picture: NDArray[np.uint8], text: str, reader: Reader, rng: np.random.Generator
+) -> list[tuple[NDArray[np.uint8], str]]:
+    """The words of a line, as `with_words_apart` cuts them; none of a line that is too narrow for its text."""
+    words, reading = text.split(" "), reader.read(picture.astype(np.float64) / 255)
+    try:
+        borders = ctc.alignment(reading.grouped[0], reading.labels(text)) * STEP - MARGIN
+    except ValueError:
+        return []
+    middles = borders.mean(axis=1).astype(int).tolist()
+    ends = list[int | None]()
+    for first in np.cumsum([len(word) + 1 for word in words[:-1]]).tolist():
+        left, right = max(middles[first - 2], 0), middles[first]
+        bare = np.flatnonzero(picture[:, left:right].max(axis=0, initial=0) < _BARE)
+        widest = max(np.split(bare, np.flatnonzero(np.diff(bare) > 1) + 1), key=len)
+        ends.append(left + int(widest[len(widest) // 2]) if len(widest) >= _APART else None)
+    found, begin, cut = list[tuple[NDArray[np.uint8], str]](), 0, 0
+    for last, end in enumerate([*ends, picture.shape[1]]):
+        if end is not None and (last + 1 == len(words) or last - begin + 1 >= rng.integers(1, 4)):
+            found.append((picture[:, cut:end], " ".join(words[begin : last + 1])))
+            begin, cut = last + 1, end
+    return found
+
+
 def batches(words: Words, columns: int, rng: np.random.Generator) -> Iterator[NDArray[np.intp]]:
     """Numbers of pictures of about one width, of so many columns together, in random order."""
     widths = np.diff(words.ends, prepend=0)
@@ -163,9 +208,8 @@ def batches(words: Words, columns: int, rng: np.random.Generator) -> Iterator[ND
         yield groups[number]
 
 
-def endless(paths: Sequence[Path], columns: int, rng: np.random.Generator) -> Iterator[tuple[Words, NDArray[np.intp]]]:
+def endless(sets: Sequence[Words], columns: int, rng: np.random.Generator) -> Iterator[tuple[Words, NDArray[np.intp]]]:
     """Batches of some sets, again and again."""
-    sets = [Words.load(path) for path in paths]
     while True:
         for number in rng.permutation(len(sets)):
             yield from ((sets[number], numbers) for numbers in batches(sets[number], columns, rng))
@@ -182,7 +226,7 @@ def batch_of(
 
     pictures = [words.picture(n) for n in numbers]
     if anew and rng is not None:
-        pictures = [varied(picture, rng) for picture in pictures]
+        pictures = [varied(picture, pictures, rng) for picture in pictures]
     width = max(p.shape[1] for p in pictures) + 2 * MARGIN
     stack = np.zeros((len(pictures), 1, HEIGHT, width), dtype=np.float32)
     for k, picture in enumerate(pictures):
@@ -229,7 +273,7 @@ def train(course: Course, recipe: Recipe, rng: np.random.Generator, start: Path 
     torch.manual_seed(int(rng.integers(2**31)))
     net = network(recipe)
     columns = recipe.batch * _USUAL_WIDTH
-    drawn, written = (endless(paths, columns, rng) for paths in (course.words, course.pages))
+    drawn, written = (endless(sets, columns, rng) for sets in _material(course, start, rng))
     if start is not None and start.suffix == ".npz":
         first, some = next(drawn)
         go_on_from(net, start, batch_of(first, some.tolist(), None)[0])
@@ -260,6 +304,14 @@ def train(course: Course, recipe: Recipe, rng: np.random.Generator, start: Path 
                 torch.save(usual.module.state_dict(), keep)
     net.load_state_dict(torch.load(keep))
     return net
+
+
+def _material(course: Course, start: Path | None, rng: np.random.Generator) -> tuple[list[Words], list[Words]]:
+    """The sets of words, and those of lines with their words apart, as a reader that is gone on from sees them."""
+    aligner = load(start) if start is not None and start.suffix == ".npz" else load()
+    words = [Words.load(path) for path in course.words]
+    lines = [Words.load(path) for path in course.pages]
+    return words, [with_words_apart(each, aligner, rng) for each in lines]
 
 
 def _study(net: nn.Sequential, start: Path | None) -> None:

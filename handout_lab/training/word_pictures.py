@@ -46,6 +46,8 @@ _LIFTS, _LIFTED = 0.35, 0.4  # share of writers who lift the pen after some lett
 _OWN = 0.75  # share of the synthetic writers whose letters have forms of their own
 _CRISP = 0.65  # share of the pictures in even ink without paper, as lines that were traced are drawn
 _FILLED = 0.15  # share of the words whose narrow loops are full of ink
+_OTHER_PEN = 0.4  # share of the pictures of pages that come with another pen
+_REMNANTS = 0.12  # share of the pictures with pieces of other lines
 _NEIGHBOURS = 64  # pictures from which remnants of other lines are taken
 
 
@@ -367,15 +369,24 @@ def distorted(source: Source, rng: np.random.Generator) -> Image | None:
     return np.asarray(drawn, np.uint8) if crisp else _inked(np.asarray(drawn, np.float32) / 255, rng)
 
 
-def varied(picture: Image, rng: np.random.Generator) -> Image:
-    """(HEIGHT, w) uint8: a line from a page as the same hand might write it wider or narrower, more upright or less."""
-    across, tall = np.exp(rng.normal(0.0, (0.2, 0.06)))
+def varied(picture: Image, others: Sequence[Image], rng: np.random.Generator) -> Image:
+    """(HEIGHT, w) uint8: writing from a page as the same hand might write it wider or narrower, more upright or less.
+
+    Now and then with another pen, or with pieces of others above and below.
+    """
+    across, tall = float(np.exp(rng.normal(-0.05, 0.25))), float(np.exp(rng.normal(0.0, 0.09)))
     width = max(round(picture.shape[1] / across), 1)
     u, v = np.meshgrid(np.arange(width, dtype=np.float32), np.arange(HEIGHT, dtype=np.float32))
-    du, dv = _field(width, rng, 0.1, 0.8)
-    up = (ABOVE + rng.normal(0.0, 0.7) - v + dv + rng.normal(0.0, 0.4) * np.sin(u / rng.uniform(30, 150))) / tall
-    x = (u + du - rng.normal(0.0, 0.08) * (up - X_HEIGHT / 2)) * across
+    du, dv = _field(width, rng, 0.1, 1.2)
+    up = (ABOVE + rng.normal(0.0, 0.9) - v + dv + rng.normal(0.0, 0.5) * np.sin(u / rng.uniform(30, 150))) / tall
+    x = (u + du - rng.normal(0.0, 0.14) * (up - X_HEIGHT / 2)) * across
     drawn = cv2.remap(picture, x.astype(np.float32), (ABOVE - up).astype(np.float32), cv2.INTER_LINEAR)
+    if rng.random() < _OTHER_PEN:
+        # what a blurred stroke is darker than is a stroke of another width
+        blurred = cv2.GaussianBlur(drawn, (0, 0), float(rng.uniform(0.5, 0.9))).astype(np.float32)
+        drawn = np.clip((blurred - rng.uniform(45, 130)) * 3 + 128, 0, 255).astype(np.uint8)
+    if rng.random() < _REMNANTS:
+        drawn = _with_remnants(np.asarray(drawn, np.uint8), others, rng)
     return np.asarray(drawn, np.uint8)
 
 
@@ -458,7 +469,7 @@ def word_pictures(
         if picture is None:
             continue
         recent = [*recent[-_NEIGHBOURS:], picture]
-        if rng.random() < 0.12:
+        if rng.random() < _REMNANTS:
             picture = _with_remnants(picture, recent, rng)
         even = np.rint(word_space.normalised(picture.astype(np.float32) / 255) * 255).astype(np.uint8)
         yield WordPicture(even, source.text, source.name)

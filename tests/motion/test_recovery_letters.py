@@ -5,7 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from inked import arc, line, strokes
+from scipy.interpolate import CubicSpline
 
+from handout.motion.recovery.letter_line import LetterLine
 from handout.motion.recovery.letter_tracing import trace_letter
 
 
@@ -15,6 +17,25 @@ def test_a_t_is_a_stem_and_then_its_bar():
     assert stem[0] == pytest.approx((0, 1.8)) and stem[-1] == pytest.approx((0, 0))
     assert bar[0] == pytest.approx((-0.4, 1)) and bar[-1] == pytest.approx((0.4, 1))
     assert trace_letter(t, "t").delayed == (False, False)
+
+
+@pytest.mark.parametrize(
+    "bends",
+    [
+        [(-0.23, 0), (-0.1, 0.4), (0.02, 0.68), (0.2, 0.8), (0.4, 0.85), (0.65, 0.87)],
+        [(-0.14, 0.19), (-0.1, 0.5), (0, 0.8), (0.15, 0.97), (0.36, 1.02), (0.6, 1.05)],
+        [(-0.2, 0), (-0.12, 0.4), (-0.05, 0.7), (0.05, 0.86), (0.25, 0.9), (0.65, 0.94)],
+    ],
+)
+def test_an_r_begins_at_its_round_shoulder(bends):
+    # where there is no cut the pen can begin at the tip of the arm alone, and go all the way back
+    count = 60
+    run = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(bends, axis=0).T))])
+    xy = CubicSpline(run, np.array(bends))(np.linspace(0, run[-1], count))
+    chain = np.column_stack([np.arange(count - 1), np.arange(1, count)])
+    r = LetterLine(xy, np.full(count, 0.032), np.ones(count), chain, 1.0, baseline=0.0)
+    (only,) = trace_letter(r, "r").strokes
+    assert xy[only[0], 0] < 0.3 and only[-1] == count - 1
 
 
 def test_a_bar_waits_where_the_pen_goes_on_to_the_next_letter():

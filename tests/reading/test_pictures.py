@@ -1,6 +1,7 @@
 """The reader of pictures: what it reads, what it doubts, and that probabilities hang together."""
 
 import threading
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -74,7 +75,7 @@ def test_letters_alike_count_as_one(readings):
 
 
 def test_temperature_leaves_the_likeliest_path_as_it_is(words):
-    sure, unsure = pictures.load(), pictures.load().with_temperature(3.0)
+    sure, unsure = pictures.load(), replace(pictures.load(), temperature=3.0)
     for word in words[:5]:
         a, b = sure.read(word.picture), unsure.read(word.picture)
         assert ctc.greedy(a.log_posteriors) == ctc.greedy(b.log_posteriors)
@@ -108,7 +109,7 @@ def test_a_word_reads_alike_in_any_company(words):
         assert {features.tobytes() for features in reader.features_of(seen[:1] * company)} == {alone[0]}
     readings = reader.read_all(seen)
     together = pictures.log_probabilities(readings, [word.text for word in words]).tolist()
-    assert together == [reader.log_probability(word.picture, word.text) for word in words]
+    assert together == [reader.read(word.picture).log_probability(word.text) for word in words]
 
 
 def test_networks_multiply_in_one_thread(monkeypatch, words):

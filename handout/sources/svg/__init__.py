@@ -20,7 +20,7 @@ import numpy as np
 from handout import markup, pathdata
 from handout.errors import InputError
 from handout.sources.drawing_json import JsonPage
-from handout.sources.recorded import MOST, refuse_far, refuse_many
+from handout.sources.recorded import LIFT, MARGIN, MOST, PACE, refuse_far, refuse_many
 from handout.sources.svg.document import Subpath, Walk, size
 from handout.sources.svg.styles import PX
 from handout.values import Array, Drawing, Page, Stroke
@@ -30,12 +30,9 @@ __all__ = ["from_svg"]
 
 _TOLERANCE = 0.02  # mm between a curve and its points
 _MOST_POINTS = 1_000_000
-_PACE = 50.0  # mm/s, of strokes without times
-_LIFT = 0.1  # s between them
 _NEAREST = 1e-4  # mm; points nearer to the one before are the same
 _RATE = 140.0  # samples a second where times are known
 _MOMENT = 0.0015  # s by which whole milliseconds may make one stroke end after the next begins
-_MARGIN = 5.0  # mm around a drawing whose page is not known
 
 
 def from_svg(data: bytes, *, texts: bool = False) -> Drawing:
@@ -105,9 +102,9 @@ def _strokes(lines: Sequence[Subpath]) -> Iterator[Stroke]:
         moved = np.hypot(*np.diff(xy, axis=0).T) > _NEAREST
         xy = pathdata.anchor_ends(xy[np.concatenate([[True], moved])])
         step = np.hypot(*np.diff(xy, axis=0).T)
-        t = clock + np.concatenate([[0.0], np.cumsum(step) / _PACE])
+        t = clock + np.concatenate([[0.0], np.cumsum(step) / PACE])
         yield Stroke(t, xy, layer=line.layer, colour=line.colour)
-        clock = float(t[-1]) + _LIFT
+        clock = float(t[-1]) + LIFT
 
 
 def _page(root: Element, strokes: Sequence[Stroke]) -> Page:
@@ -116,7 +113,7 @@ def _page(root: Element, strokes: Sequence[Stroke]) -> Page:
         if not strokes:
             raise InputError("It holds text alone and says no size: give its <svg> a width and a height.")
         reach = np.max([stroke.xy.max(axis=0) for stroke in strokes], axis=0)
-        width, height = (max(float(side) + _MARGIN, 2 * _MARGIN) for side in reach)
+        width, height = (max(float(side) + MARGIN, 2 * MARGIN) for side in reach)
     return JsonPage(width, height).page()
 
 

@@ -186,7 +186,8 @@ class Walk:
             self.left_out["dashes (their lines are drawn whole)"] += 1
         turn, away = frame.to_mm[:, :2], frame.to_mm[:, 2]
         for path in paths:
-            placed = path @ turn.T + away
+            with np.errstate(over="ignore", invalid="ignore"):  # refused in the next line
+                placed = path @ turn.T + away
             if not np.isfinite(placed).all():
                 raise InputError(f"<{element.tag}{_id(element)}> has a point that is infinitely far away.")
             self._lines += 1
