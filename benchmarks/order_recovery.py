@@ -40,8 +40,8 @@ wrong, and .57 of the others, where most goes wrong before an order is chosen.
 A network that knows the letter (35 000 weights, bidirectional recurrence with attention) and weighs its eight cheapest
 ways beside their costs, learned of 4451 letters: of 358 words of two writers kept out all letters are right in .731 for
 .723 where recorded pens are learned from, too; aimed at nearness to the pen's way .651.  The best of eight gets .828.
-Of drawn hands alone it learned to do harm (.637).  Dearer third passes (.6 for .1) read better in one page by one
-reader of two (csafe w0180, .28 for .31 and .41 for .40), and cost a word of the third writer: left as they are.
+Of drawn hands alone it gains nothing (.723 early, .698 later).  Dearer third passes (.6 for .1) read
+better in one page by one reader of two (csafe w0180, .28 for .31 and .41 for .40), and cost a word of the third writer.
 
 How much of what a reader of pen paths misreads is the order's, letters of recorded pens on true paths, on these laid on
 the line graph, and on recovered ones: English .096, .103, .156 and .031, .032, .084 (two writers), joined German .52,

@@ -45,7 +45,8 @@ AHEAD = 2  # rows begun for every process: one that it makes, one that waits for
 _MOST_LOST = 5  # times that processes are lost while one row is waited for: then the row is to blame, or the machine
 
 _ENDING = 5.0  # s that a pool may take to end
-_PRELOADED = ("handout.pipeline.printing", "handout.inking.pens", "handout.motion.trace")
+_PRELOADED = ("pipeline.printing", "inking.pens", "motion.trace", "motion.optimal_control")
+_OF_SCANNED = ("inking.pen_replacement", "writing.glyph_index", "completion.letters")
 
 _ANSWER = 10.0  # s that a scheduler may take to answer
 _PATIENCE = 30.0  # s without a row after which somebody is told
@@ -227,7 +228,9 @@ class ProcessWorkers(Remote):
         # a server that has loaded the program forks them: a new process is there in no time
         self._context = multiprocessing.get_context("forkserver" if "forkserver" in names else "spawn")
         if "forkserver" in names:
-            self._context.set_forkserver_preload([*_PRELOADED])
+            scanned = any(library.path(name).suffix == ".hand" for name, digest in work.hands if digest)
+            needed = (f"handout.{name}" for name in (*_PRELOADED, *(_OF_SCANNED if scanned else ())))
+            self._context.set_forkserver_preload([*needed, "scipy.ndimage"])
         self._pool = self._open_pool()
 
     def _open_pool(self) -> ProcessPoolExecutor:

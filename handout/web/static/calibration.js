@@ -53,7 +53,9 @@ async function penned(done, pen, number) {
 export async function show(main, shared, [printerWanted, paperWanted]) {
   main.append(h('h1', { class: 'hidden' }, 'Calibration'), h('p', { class: 'middle quiet' }, 'Looking at what is calibrated …'));
   const known = await request('GET', '/api/calibrations');
-  let state = null, own = null;
+  /** @type {any} */
+  let state = null;
+  let own = null;
 
   const printer = choice(known.printers.map((one) => one.name), Object.fromEntries(known.printers.map((one) => [one.name, one.title])));
   const papers = h('datalist', { id: 'papers' });

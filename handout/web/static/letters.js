@@ -152,7 +152,7 @@ export async function show(main, shared, [name, number = '0']) {
     }).catch((error) => { refusal.textContent = error.message; });
     const answered = chain;
     // the words around it follow
-    chain = chain.then(async (answer) => { if (answer?.behind) { const all = await request('GET', `${url}/alignment?revision=${answer.revision}`); renew(all); await showRewritten(all.rewritten?.[page]); } }).catch((error) => { refusal.textContent = error.message; });
+    chain = chain.then(async (/** @type {any} */ answer) => { if (answer?.behind) { const all = await request('GET', `${url}/alignment?revision=${answer.revision}`); renew(all); await showRewritten(all.rewritten?.[page]); } }).catch((error) => { refusal.textContent = error.message; });
     return answered;
   }
   /** Strokes of other letters that follow what was said of one: shown once, undone with it. */

@@ -194,7 +194,7 @@ export async function show(main, shared) {
   const read = async (name, said) => { await shared.refresh(); Object.assign(draft, { hand: name, said }); go(2); };
   function writeStep() {
     const { line, run } = progress();
-    let heard = () => {}, over = () => {};
+    let heard = (/** @type {any} */ _snapshot) => {}, over = (/** @type {any} */ _done = undefined) => {};
     const started = () => new Promise((ready) => { run((hears) => { heard = hears; ready(); return new Promise((ends) => { over = ends; }); }); });
     return [h('h1', {}, 'Write in your hand'), lineIn(draft.hand, 'A line', (snapshot) => heard(snapshot), started, (error) => { over(); refusal.textContent = error?.message || ''; }), line,
       h('div', { class: 'row' }, h('a', { class: 'button', href: `#write/${encodeURIComponent(draft.hand)}` }, 'Write a letter in it'), h('a', { class: 'button', href: '#table' }, 'Letters from a table'), h('a', { class: 'button', href: '#hands' }, 'All hands'))];

@@ -59,6 +59,7 @@ export function stage(url, facts, picked) {
   const shape = () => { const { width, height } = svg.getBoundingClientRect(); return height ? width / height : 1.4; };
   const near = (many) => facts.x_height * many * Math.max(1, 1 / shape());
   const bounded = (high) => Math.max(40, Math.min(high, facts.height * 1.5));
+  /** @param {number[]} place */
   function look([x, y], high = view.h) {
     view.h = bounded(high); view.w = view.h * shape();
     view.x = x - view.w / 2; view.y = y - view.h / 2;

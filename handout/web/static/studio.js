@@ -28,7 +28,7 @@ function links(shownPage) {
   const to = (id, label, here) => h('a', { href: `#${id}`, 'aria-current': here ? 'page' : undefined }, label);
   const within = (door && DOORS[door][1]) || [];
   document.querySelector('#pages').replaceChildren(...Object.entries(DOORS).map(([id, [label]]) => to(id, label, id === door)));
-  const inner = document.querySelector('#within');
+  const inner = /** @type {HTMLElement} */ (document.querySelector('#within'));
   inner.hidden = !within.length;
   inner.replaceChildren(...within.map((id) => to(id, PAGES[id][0], id === name)));
   for (const here of document.querySelectorAll('nav [aria-current]')) here.scrollIntoView({ block: 'nearest', inline: 'nearest' });

@@ -142,8 +142,7 @@ export async function show(main, shared, [wanted]) {
     const { width, height } = room();
     if (!width) return;
     const [wide, high] = plan.page, by = Math.min(width / wide, height / high) * 0.96;
-    view = { w: width / by, h: height / by };
-    view.x = (wide - view.w) / 2; view.y = (high - view.h) / 2;
+    view = { x: (wide - width / by) / 2, y: (high - height / by) / 2, w: width / by, h: height / by };
     fitted = true;
   }
 
@@ -356,6 +355,7 @@ export async function show(main, shared, [wanted]) {
     done();
   }
 
+  /** @param {number} k  @param {number[]} at */
   function dragHandle(k, [x, y], start) {
     const [dx, dy] = [x - plan.targets[picked][0], y - plan.targets[picked][1]], long = Math.max(Math.hypot(dx, dy), 0.05);
     if (plan.own) {
@@ -381,6 +381,7 @@ export async function show(main, shared, [wanted]) {
     const box = room();
     return [view.x + (event.clientX - box.left) / scale(), view.y + (event.clientY - box.top) / scale()];
   };
+  /** @param {number} by  @param {number[]} at */
   function zoom(by, [x, y] = [view.x + view.w / 2, view.y + view.h / 2]) {
     const wide = clamp(view.w * by, 10, 2000), real = wide / view.w;
     view = { x: x - (x - view.x) * real, y: y - (y - view.y) * real, w: wide, h: view.h * real };

@@ -373,7 +373,7 @@ export async function show(main, shared, [hand]) {
   }
 
   async function downloaded() {
-    const format = made.format.value, body = { ...asking(), format };
+    const format = made.format.value, body = /** @type {any} */ ({ ...asking(), format });
     if (PROGRAMS.includes(format) && made.device.value) body.device = made.device.value;
     const own = coming = new AbortController();
     const done = await task('/api/write', body, heard, own.signal).finally(() => { work.hidden = true; coming = null; });
