@@ -330,7 +330,7 @@ def test_a_text_goes_to_the_plotter_and_its_pen_is_seen(page):
     for way in ("to the left", "towards you"):
         page.get_by_role("button", name="Turn the sheet").press("Enter")
         page.get_by_text(f"The sheet lies with its top edge {way}.").wait_for()
-    page.locator(".bed .movable").press("ArrowRight")
+    page.locator('.bed .movable[transform^="matrix(-1"]').press("ArrowRight")
     page.locator(".bed .movable").press("Shift+ArrowRight")
     sheet = page.locator(".bed .leaf").bounding_box()
     page.mouse.move(sheet["x"] + 5, sheet["y"] + 5)
@@ -339,6 +339,7 @@ def test_a_text_goes_to_the_plotter_and_its_pen_is_seen(page):
     with page.expect_response("**/sheet"):
         page.mouse.up()
     page.locator('.bed .movable:not([transform^="translate"])').wait_for()
+    page.get_by_text("The sheet lies with its top edge towards you.").wait_for()
     moved = page.locator(".bed .leaf").bounding_box()
     assert abs(moved["x"] - sheet["x"] - 40) < 3 and abs(moved["y"] - sheet["y"]) < 3
     kept(page, "jobs-laid", 500)

@@ -103,7 +103,7 @@ function movable(group, plot, lay) {
   let from = null, by = [0, 0], waiting = 0;
   const shift = (x, y) => { by = [Math.round(x), Math.round(y)]; group.setAttribute('transform', `translate(${by.join(' ')}) ${usual}`); };
   const at = (event) => new DOMPoint(event.clientX, event.clientY).matrixTransform(group.parentNode.getScreenCTM().inverse());
-  const moved = () => { if (by.some(Boolean)) lay(plot.lies.quarters, left + by[0], top + by[1]); };
+  const moved = () => { if (group.isConnected && by.some(Boolean)) lay(plot.lies.quarters, left + by[0], top + by[1]); };
   group.addEventListener('pointerdown', (event) => { clearTimeout(waiting); from = [at(event).x - by[0], at(event).y - by[1]]; group.setPointerCapture(event.pointerId); });
   group.addEventListener('pointermove', (event) => { if (from) shift(at(event).x - from[0], at(event).y - from[1]); });
   for (const kind of ['pointerup', 'pointercancel']) group.addEventListener(kind, () => { if (from) { from = null; moved(); } });
