@@ -8,12 +8,12 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from handout.simulated.scanner import Flatbed
 from PIL import Image
 
 import handout
 from handout.inking.papers import Paper
 from handout.inking.pen import Pen
-from handout.simulated.scanner import Flatbed
 from handout.values import Drawing, Stroke
 from handout_lab.author.old_paper import old_sheet
 from handout_lab.author.simulate import Desk, simulate
