@@ -20,14 +20,14 @@ from numpy.typing import NDArray
 from handout.hand import author_reader, outlier_score
 from handout.hand.glyph_features import glyph_features
 from handout.hand.learnt import learnt
-from handout.hand.measures import contradicted_cases
+from handout.hand.measures import contradicted_cases, reaching_lines
 from handout.hand.outlier_score import READING, OutlierModel
 from handout.hand.scanned import ScannedHand
 from handout.values import Array, Indices
 
 Verdict = Literal["sure", "doubtful", "refused"]
 SURE, REFUSED = 0.8, 0.55  # least probability of the one, and greatest of the other; set on simulated pages kept apart
-VERSION = 3  # of what is kept of a hand; tests/hand/test_house_scanned.py says when to raise it
+VERSION = 4  # of what is kept of a hand; tests/hand/test_house_scanned.py says when to raise it
 # the logarithm of the odds that a glyph is right is the first, the second times its score, the third times the
 # logarithm of the odds of its confidence, and the fourth times the greater score of those beside it.  Rounded from what
 # spoilt letters of eight people say (see `READING`) and, of confidence, pages of simulated writers.  Of letters as they
@@ -35,7 +35,7 @@ VERSION = 3  # of what is kept of a hand; tests/hand/test_house_scanned.py says 
 # simulated writers alone, and lone letters believed like others, .02, .42 and .31.  On five other people's pages .02,
 # .56 and .49; .02, .46 and .32
 _ODDS = np.array([1.2, -0.5, 0.1, -0.15])
-_OTHER_CASE = 0.25  # probability at most of a letter that is as large as its other case: any lent one is cheaper
+_OTHER_CASE = 0.25  # probability at most of a letter as large as its other case, or on two lines: lent ones are cheaper
 _CERTAIN = 0.02  # of confidences: nearer to 0 or 1 than this none is believed
 
 
@@ -90,7 +90,8 @@ def _plainness(hand: ScannedHand) -> Array:
     confidence = np.array([glyph.confidence for glyph in hand.glyphs])
     probability = calibrated(score, confidence)
     named = np.array([bool(glyph.letter) for glyph in hand.glyphs], dtype=bool)
-    probability = np.where(contradicted_cases(hand), np.minimum(probability, _OTHER_CASE), probability)
+    wrong = contradicted_cases(hand) | reaching_lines(hand)
+    probability = np.where(wrong, np.minimum(probability, _OTHER_CASE), probability)
     return np.where(named & (confidence > 0), probability, 0.0)
 
 
