@@ -31,6 +31,7 @@ Joint = tuple[Connector, Connector]
 _PRIOR = 2.0  # pairs of two letters that the habits of each of them count for
 _JOINED = 0.8  # share of a pair that the author joins, from which on it is joined; a lift of one in four is his habit
 _NEAR = 0.5  # x-heights that the end of a stroke may be from where other ways leave the letter; set by eye
+_ON = 0.2  # x-heights: from a stroke that goes on there, no further
 _LEAST = 3  # vertices of a way
 _HIGH = 0.5  # x-heights: letters are left by their feet, or above this
 _FIT = 0.5  # x-heights that the ends of a new way may be higher or lower in the one letter than in the other
@@ -150,7 +151,10 @@ def _start(form: GlyphLine, usual: Array | None, across: Array, x_height: float)
     away = form.xy - usual
     # a word's last letter has the first part of a way already
     along = (out[ends] > usual @ across - _NEAR * x_height) & (np.abs(away[ends, 1]) < _NEAR * x_height)
-    return int(ends[along][out[ends[along]].argmax()]) if along.any() else int(np.hypot(*away.T).argmin())
+    if along.any():
+        return int(ends[along][out[ends[along]].argmax()])
+    nearest = int(np.hypot(*away.T).argmin())  # of a ring; the foot of an r that ends with its arm is too far
+    return nearest if np.hypot(*away[nearest]) < _ON * x_height else None
 
 
 def _lead_over(shape: Array, start: Array, across: Array) -> Array:
