@@ -146,4 +146,10 @@ def test_captions_stand_where_they_are_put():
         xy = np.concatenate(strokes)
         assert xy[:, 0].min() == pytest.approx(caption.x, abs=0.4)
         assert np.percentile(xy[:, 1], 70) == pytest.approx(caption.y, abs=0.7 * caption.x_height)
-    assert re.match(r"[ -~]+: up 40, down 90", setup_sheet._title(SIM))
+
+
+def test_the_sheet_says_what_its_pen_was_told(monkeypatch):
+    drawn = []
+    monkeypatch.setattr(setup_sheet, "_draw_parts", lambda placed, *_: drawn.append(placed[0][2].captions[0].text))
+    setup_sheet.test_sheet(SIM, PAGE, np.random.default_rng(1))
+    assert re.match(r"[ -~]+: up 40, down 90", drawn[0])

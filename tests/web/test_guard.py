@@ -254,7 +254,7 @@ def test_every_route_is_described(visitor):
     assert set(task.snapshot()) == set(told["properties"]) and set(told["required"]) == set(
         Task("kind", Call("x")).snapshot()
     )
-    schema = described["components"]["schemas"]["Write"]
+    schema = described["components"]["schemas"]["WritePage"]
     assert schema["required"] == ["text"] and schema["properties"]["dpi"]["maximum"] == 1200
     assert (
         described["paths"]["/api/write"]["post"]["security"]
