@@ -121,8 +121,8 @@ def _single_name(words: Sequence[str], file: str | None, suffixes: Sequence[str]
 def text_of(words: Sequence[str], file: str | None, listener: Listener = SILENT) -> str:
     """The text to write: the words, a file, or standard input for ``-``; a single word may be the name of a file.
 
-    Raises InputError: neither or both were given; a file that is missing, too long, or not text; a single word that
-    looks like the name of a file and is none: it would be written out.
+    Raises InputError: neither or both were given; a file that is missing, too long, a drawing, or not text; a single
+    word that looks like the name of a file and is none: it would be written out.
     """
     if bool(words) == (file is not None):
         both = "Both a text and --file are given; give one of them."
@@ -135,6 +135,8 @@ def text_of(words: Sequence[str], file: str | None, listener: Listener = SILENT)
             raise InputError(f"There is no file {name}; to write these very words, give them through --file -.")
         return " ".join(words)
     name = "standard input" if file in (None, "-") else str(file)
+    if Path(name).suffix.lower() in _DRAWINGS:
+        raise InputError(f"{name} is a drawing and no text: `handout plot {name}` draws it, `handout restyle` as a hand.")
     try:
         data = sys.stdin.buffer.read(_MOST_TEXT + 1) if file in (None, "-") else Path(str(file)).read_bytes()
     except OSError as error:

@@ -104,6 +104,13 @@ def test_a_name_of_no_file_is_refused_and_not_written_out(folder):
     assert (folder / "a.svg").exists() and not (folder / "a.gcode").exists()
 
 
+def test_a_drawing_is_not_written_out_as_a_text(folder):
+    for given in (["drawing.svg"], ["--file", "drawing.svg"]):
+        with pytest.raises(InputError, match=r"drawing\.svg is a drawing and no text: `handout plot"):
+            run("write", *given, "-o", "a.png")
+    assert not (folder / "a.png").exists()
+
+
 def test_a_drawing_that_cannot_be_read_is_refused_and_nothing_is_written(folder):
     (folder / "bad.svg").write_text("<svg><path d='M0 0h1v1z'/></svg>")
     with pytest.raises(InputError, match=r"bad\.svg: There is no line to draw: 1 filled outline without a stroke"):
