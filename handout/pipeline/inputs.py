@@ -136,7 +136,7 @@ def text_of(words: Sequence[str], file: str | None, listener: Listener = SILENT)
         return " ".join(words)
     name = "standard input" if file in (None, "-") else str(file)
     if Path(name).suffix.lower() in _DRAWINGS:
-        raise InputError(f"{name} is a drawing and no text: `handout plot {name}` draws it, `handout restyle` as a hand.")
+        raise InputError(f"{name} is a drawing and no text: `handout plot {name}` draws it, `handout restyle` too.")
     try:
         data = sys.stdin.buffer.read(_MOST_TEXT + 1) if file in (None, "-") else Path(str(file)).read_bytes()
     except OSError as error:

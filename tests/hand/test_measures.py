@@ -43,13 +43,9 @@ def test_letters_of_the_other_case_are_told_by_their_size():
 def test_letters_that_hold_ink_of_the_next_line_are_told(small_hand):
     """The stem under a g that runs into it, and the letter over it; and no letter as it was written."""
     assert not measures.reaching_lines(small_hand).any()
-    glyphs, page = list(small_hand.glyphs), small_hand.pages[0]
+    glyphs = small_hand.glyphs
     over = next(i for i, glyph in enumerate(glyphs) if glyph.line == 0 and glyph.letter)
-    x = page.graph.uv[glyphs[over].vertices, 0].mean()
-    below = min(
-        (i for i, glyph in enumerate(glyphs) if glyph.line == 1 and glyph.letter.islower()),
-        key=lambda i: abs(page.graph.uv[glyphs[i].vertices, 0].mean() - x),
-    )
+    below = next(i for i, glyph in enumerate(glyphs) if glyph.line == 1 and glyph.letter == "m")
     both = np.union1d(glyphs[over].vertices, glyphs[below].vertices)
     for taker in (over, below):
         lying = replace(
