@@ -6,6 +6,10 @@ a junction or an end.  Strokes that go down are the letters' own: the last leg o
 part of the way to d, would come along to every other letter before that d.  Where nothing rises (after o, b, v, w) it
 runs level as far as it goes.
 
+Lengths were set by eye on one page (csafe w0076).  Of 599 words in the hands of six other people (csafe w0087 w0139
+w0182 w0277 w0471 w0515), read letter by letter by readers who did not know them, 59 were misread; 93 where ways ran on
+into the letters.
+
 Source: seed 000, §5.1.3, §6.4.
 """
 
