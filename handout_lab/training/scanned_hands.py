@@ -54,7 +54,7 @@ class Recipe:
 
 RECIPES = (
     Recipe(
-        "house-joined-ballpoint", "Everyday joined-up hand, ballpoint, scanned", "house-joined", usual("ballpoint"), 50
+        "house-joined-ballpoint", "Everyday joined-up hand, ballpoint, scanned", "house-joined", usual("ballpoint"), 46
     ),
     Recipe("house-print-fountain", "Printed hand, fountain pen, scanned", "house-print", usual("fountain"), 56),
 )
