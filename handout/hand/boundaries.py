@@ -131,7 +131,7 @@ class _Mender:
         finders = [LigatureFinder(page, owner) for page, owner in zip(pages, self._owners, strict=True)]
         for n, glyph in enumerate(glyphs):
             if glyph.after != NOBODY and touched & {n, glyph.after}:
-                glyphs[n] = replace(glyph, ligatures=finders[glyph.page].ligatures_between(n, glyph.after, glyph.line))
+                glyphs[n] = replace(glyph, ligatures=finders[glyph.page].ligatures_between(n, glyph, glyph.after))
         return replace(self._hand, glyphs=tuple(glyphs))
 
     def _glyphs_after(self, moves: Sequence[_Move]) -> list[ScannedGlyph]:

@@ -587,7 +587,7 @@ class HandEditor:
         for left in (number, self._glyph(number).before):
             if left != NOBODY and self._glyph(left).after != NOBODY:
                 glyph = self._glyph(left)
-                self._glyphs[left] = replace(glyph, ligatures=joining.ligatures_between(left, glyph.after, glyph.line))
+                self._glyphs[left] = replace(glyph, ligatures=joining.ligatures_between(left, glyph, glyph.after))
 
     def _find_crossed(self, a: Array, b: Array) -> tuple[int, NDArray[np.bool_]]:
         """The glyph that a line crosses nearest to its middle, and which edges of the page are its and are crossed."""

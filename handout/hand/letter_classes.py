@@ -25,6 +25,7 @@ DOTTED = frozenset("ij")
 CROSSED = frozenset("tf")  # with a crossbar that is a stroke of its own in every joined hand
 CROSSED_CAPITALS = frozenset("AEFHT")
 CROSSED_ASLANT = frozenset("xX")  # by a straight stroke from above
+ENDING_HIGH = frozenset("vwVWνω")  # whose last stroke goes up and is their own, wherever the pen goes from there
 BOWLED = frozenset("acdegoqCGOQ06")  # letters and figures whose loops, but those of tails, go anticlockwise
 
 X_HEIGHT = NOT_ASCENDING - DESCENDING - DOTTED  # neither ascender nor descender nor dot: these are one x-height high

@@ -3,8 +3,8 @@
 A ligature is cut where two letters meet.  It is the stroke that rises there from one letter to the next: from the turn
 where the first letter's last stroke has come down, to the turn at the top where the next one's first stroke goes down,
 a junction or an end.  Strokes that go down are the letters' own: the last leg of the n in "and", were it taken for a
-part of the way to d, would come along to every other letter before that d.  Where nothing rises (after o, b, v, w) it
-runs level as far as it goes.
+part of the way to d, would come along to every other letter before that d.  Where nothing rises (after o and b) it
+runs level as far as it goes; after v and w, whose own last stroke rises, it begins at their top.
 
 Lengths were set by eye on one page (csafe w0076).  Of 599 words in the hands of six other people (csafe w0087 w0139
 w0182 w0277 w0471 w0515), read letter by letter by readers who did not know them, 59 were misread; 93 where ways ran on
@@ -21,6 +21,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from handout.hand.letter_classes import ENDING_HIGH
 from handout.hand.scanned import NOBODY, Ligature, ScannedGlyph, ScannedPage
 from handout.peaks import peaks
 from handout.values import Indices
@@ -40,7 +41,7 @@ def find_again(glyphs: Sequence[ScannedGlyph], pages: Sequence[ScannedPage]) -> 
     return tuple(
         glyph
         if glyph.after == NOBODY
-        else replace(glyph, ligatures=finders[glyph.page].ligatures_between(number, glyph.after, glyph.line))
+        else replace(glyph, ligatures=finders[glyph.page].ligatures_between(number, glyph, glyph.after))
         for number, glyph in enumerate(glyphs)
     )
 
@@ -57,8 +58,8 @@ class LigatureFinder:
         self._beside, self._begin = page.graph.neighbour_lists
         self._unit = page.x_height / page.pixel
 
-    def ligatures_between(self, first: int, second: int, line: int) -> tuple[Ligature, ...]:
-        """The ways from glyph `first` to glyph `second`, from the lowest upwards."""
+    def ligatures_between(self, first: int, glyph: ScannedGlyph, second: int) -> tuple[Ligature, ...]:
+        """The ways from a glyph, which has the number `first`, to glyph `second`, from the lowest upwards."""
         paths: list[list[int]] = []
         # the edges from one glyph to the other, in the same order from either side
         vertices = np.flatnonzero(self._owner == first)
@@ -69,24 +70,29 @@ class LigatureFinder:
         there = self._owner[beside] == second
         across = zip(np.repeat(vertices, count)[there].tolist(), beside[there].tolist(), strict=True)
         for v, w in sorted(across, key=lambda edge: (min(edge), max(edge))):
-            path = self._find_way(v, w, line)
+            path = self._find_way(v, w, glyph)
             # where strokes meet at a joint, several edges lead across: one way is enough
             if all(len(set(path) & set(other)) < len(path) / 2 for other in paths):
                 paths.append(path)
-        ways = [self._page.ligature(line, path) for path in paths]
+        ways = [self._page.ligature(glyph.line, path) for path in paths]
         return tuple(sorted(ways, key=lambda way: (way.start[1], int(way.path[0]))))
 
-    def _find_way(self, v: int, w: int, line: int) -> list[int]:
+    def _find_way(self, v: int, w: int, glyph: ScannedGlyph) -> list[int]:
         """The vertices of the way over the edge from a vertex of one letter to one of the next."""
         before = list(self._follow_stroke(v, w))
         path, cut = [*before[::-1], *self._follow_stroke(w, v)], len(before) - 1
         uv = self._page.graph.uv[path]
         run = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(uv, axis=0).T))]) / self._unit
-        height = self._page.to_line(line, uv)[:, 1] * self._page.unit / self._unit
+        height = self._page.to_line(glyph.line, uv)[:, 1] * self._page.unit / self._unit
         turns = sorted({0, *peaks(height, prominence=_TURN), *peaks(-height, prominence=_TURN), len(path) - 1})
         rising = [(i, j) for i, j in pairwise(turns) if height[j] > height[i]]
         away = [max(run[i] - run[cut + 1], run[cut] - run[j], 0.0) for i, j in rising]
-        if rising and min(away) <= _NEAR:
+        if glyph.letter in ENDING_HIGH:
+            joint, first = cut, max((k for k in turns if k <= cut and height[k] >= height[cut]), default=cut)
+            last, *beyond = (k for k in turns if k > cut)
+            if beyond and _HIGH < height[last] < height[cut]:  # a dip, and up again
+                last = beyond[0]
+        elif rising and min(away) <= _NEAR:
             first, last = rising[int(np.argmin(away))]
             joint = min(max(cut, first), last)
         else:

@@ -161,7 +161,7 @@ def extract_glyphs(
     joined = list(glyphs)
     for i, (a, b) in enumerate(pairwise(glyphs)):
         if a.word == b.word and a.line == b.line and b.at == a.at + 1:
-            joined[i] = replace(joined[i], after=i + 1, ligatures=joining.ligatures_between(i, i + 1, a.line))
+            joined[i] = replace(joined[i], after=i + 1, ligatures=joining.ligatures_between(i, a, i + 1))
             joined[i + 1] = replace(b, before=i)
     return tuple(joined), tuple(missing)
 

@@ -518,5 +518,5 @@ def _join(glyphs: list[ScannedGlyph], i: int, second: int | None, joining: Ligat
         glyphs[one.after] = replace(glyphs[one.after], before=NOBODY)
     if other.before not in (NOBODY, i):
         glyphs[other.before] = replace(glyphs[other.before], after=NOBODY, ligatures=())
-    glyphs[i] = replace(one, after=second, ligatures=joining.ligatures_between(i, second, one.line))
+    glyphs[i] = replace(one, after=second, ligatures=joining.ligatures_between(i, one, second))
     glyphs[second] = replace(glyphs[second], before=i)

@@ -225,7 +225,7 @@ def test_joints_of_a_page_are_found_again(small_hand):
     joining = LigatureFinder(small_hand.pages[0], owner)
     for number, glyph in enumerate(small_hand.glyphs):
         if glyph.after >= 0:
-            ways = joining.ligatures_between(number, glyph.after, glyph.line)
+            ways = joining.ligatures_between(number, glyph, glyph.after)
             assert [w.path.tolist() for w in ways] == [w.path.tolist() for w in glyph.ligatures]
 
 

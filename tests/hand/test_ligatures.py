@@ -15,7 +15,7 @@ from handout.values import LineGraph
 STEP = 0.05  # x-heights between two vertices
 
 
-def way_between(small_hand, corners, cut):
+def way_between(small_hand, corners, cut, letter="a"):
     """The heights of the way that is found on a stroke through some corners, x-heights, of which `cut` is the first."""
     page = small_hand.pages[0]
     pieces = [
@@ -28,7 +28,8 @@ def way_between(small_hand, corners, cut):
     edges = np.column_stack([np.arange(n - 1), np.arange(1, n)])
     graph = LineGraph(uv * page.pixel, np.full(n, 0.2), np.ones(n), uv, edges)
     owner = (np.arange(n) >= round(cut * n)).astype(int)
-    (way,) = LigatureFinder(replace(page, graph=graph), owner).ligatures_between(0, 1, 1)
+    glyph = replace(small_hand.glyphs[0], letter=letter, line=1)
+    (way,) = LigatureFinder(replace(page, graph=graph), owner).ligatures_between(0, glyph, 1)
     path = way.path.tolist()
     assert path == list(range(path[0], path[-1] + 1)) and owner[path[0]] == 0 and owner[path[-1]] == 1
     return xy[path, 1]
@@ -56,6 +57,14 @@ def test_what_leaves_high_does_not_go_down_with_the_next_letter(small_hand):
     """From the top of an o level to the first leg of an n."""
     heights = way_between(small_hand, [(0, 0.9), (0.5, 0.88), (0.6, 0.9), (0.7, 0)], 0.3)
     assert heights.min() > 0.8
+
+
+@pytest.mark.parametrize("cut", [0.62, 0.66, 0.7])
+def test_the_stroke_up_of_a_w_is_its_own(small_hand, cut):
+    """The last two strokes of a w, from the top a dip, and up into an e: without it the w would be a u."""
+    corners = [(0, 0.95), (0.2, 0), (0.4, 0.95), (0.55, 0.75), (0.9, 0.95), (1.0, 0.5)]
+    heights = way_between(small_hand, corners, cut, "w")
+    assert heights.min() > 0.6 and heights[-1] > 0.8
 
 
 def test_a_file_of_an_earlier_program_has_its_ligatures_found_again(small_hand, tmp_path):
