@@ -24,7 +24,7 @@ import numpy as np
 from handout.hand.letter_classes import ENDING_HIGH
 from handout.hand.scanned import NOBODY, Ligature, ScannedGlyph, ScannedPage
 from handout.peaks import peaks
-from handout.values import Indices
+from handout.values import Array, Indices
 
 _BEFORE, _BEYOND = 1.1, 0.6  # x-heights of path before and beyond the joint: down to the line, and not all of an e
 _TURN = 0.06  # x-heights back: a stroke that turns belongs to its letter from there on
@@ -88,10 +88,7 @@ class LigatureFinder:
         rising = [(i, j) for i, j in pairwise(turns) if height[j] > height[i]]
         away = [max(run[i] - run[cut + 1], run[cut] - run[j], 0.0) for i, j in rising]
         if glyph.letter in ENDING_HIGH:
-            joint, first = cut, max((k for k in turns if k <= cut and height[k] >= height[cut]), default=cut)
-            last, *beyond = (k for k in turns if k > cut)
-            if beyond and _HIGH < height[last] < height[cut]:  # a dip, and up again
-                last = beyond[0]
+            joint, (first, last) = cut, _from_top(turns, height, cut)
         elif rising and min(away) <= _NEAR:
             first, last = rising[int(np.argmin(away))]
             joint = min(max(cut, first), last)
@@ -118,3 +115,15 @@ class LigatureFinder:
             if length > (_BEFORE + _NEAR) * self._unit:
                 return
             before, vertex = vertex, ahead[0]
+
+
+def _from_top(turns: Sequence[int], height: Array, cut: int) -> tuple[int, int]:
+    """From which to which of its turns a way runs that begins at the top of its letter, at the cut if none is higher."""
+    before, beyond = [k for k in turns if k <= cut], [k for k in turns if k > cut]
+    tops = [k for k in before if height[k] >= height[cut]]
+    first = tops[-1] if tops else cut
+    last = beyond[0]
+    dips = _HIGH < height[last] < height[cut]
+    if dips and len(beyond) > 1:  # and goes up again
+        last = beyond[1]
+    return first, last
