@@ -118,7 +118,7 @@ class LigatureFinder:
 
 
 def _from_top(turns: Sequence[int], height: Array, cut: int) -> tuple[int, int]:
-    """From which to which of its turns a way runs that begins at the top of its letter, at the cut if none is higher."""
+    """From which to which of its turns a way runs that begins at the top of its letter, or at the cut if that is it."""
     before, beyond = [k for k in turns if k <= cut], [k for k in turns if k > cut]
     tops = [k for k in before if height[k] >= height[cut]]
     first = tops[-1] if tops else cut
