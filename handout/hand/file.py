@@ -202,9 +202,8 @@ def _fingerprint(archive: Archive) -> str:
     """Of all parts of a hand but its pictures."""
     parts = (name for name in archive.list_parts() if not name.startswith((_ENTRIES, _JOURNAL, _LEARNT)))
     known = archive.fingerprint([name for name in parts if not name.endswith((".png", ".webp"))])
-    return (
-        known if _RISING in archive else known + " rising"
-    )  # what was worked out of other ligatures is no longer true
+    # what was worked out of other ligatures is no longer true
+    return known if _RISING in archive else known + " rising"
 
 
 def rewind(source: Path, path: Path, made: int) -> CorrectionJournal:

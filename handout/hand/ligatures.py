@@ -8,7 +8,7 @@ runs level as far as it goes; after v and w, whose own last stroke rises, it beg
 
 Lengths were set by eye on one page (csafe w0076).  Of 599 words in the hands of six other people (csafe w0087 w0139
 w0182 w0277 w0471 w0515), read letter by letter by readers who did not know them, 59 were misread; 93 where ways ran on
-into the letters.
+into the letters.  That was before v and w were told apart, which was set by eye on house-joined-ballpoint.
 
 Source: seed 000, §5.1.3, §6.4.
 """

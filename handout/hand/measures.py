@@ -115,7 +115,7 @@ _LEAST_SIBLINGS = 4  # small letters of a name that show how high it is with thi
 def reaching_lines(hand: ScannedHand) -> NDArray[np.bool_]:
     """(n,): glyphs that reach down to the foot of the letters on the line below, or well over that of the line above.
 
-    They hold ink of that line.  Of 8,500 letters of 25 people (csafe, cvl) there are four, and all four do.
+    They hold ink of that line.  Bounds: set on 8,500 letters of 25 people (csafe, cvl), of which four reach so far.
 
     Source: own method.
     """

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from handout import units
 from handout.alphabet import JUNK, fold, resemble
 from handout.errors import InputError
-from handout.hand.measures import contradicted_cases
+from handout.hand.measures import contradicted_cases, reaching_lines
 from handout.hand.page_editor import line_alone
 from handout.hand.places import graphemes, word_at
 from handout.hand.scanned import NOBODY, ScannedGlyph, ScannedHand, ScannedPage
@@ -100,9 +100,13 @@ def tag_page(
     letters = letters_within_reach(written.graph, alignment, assignment.letter)
     glyphs, missing = extract_glyphs(page, alignment, exchange_ink(page, alignment, letters))
     glyphs, cropped = doubt_cropped_glyphs(glyphs, written.graph, written.scan)
-    contradicted = contradicted_cases(ScannedHand("", "", (page,), glyphs))
-    cases = tuple(i for i in np.flatnonzero(contradicted).tolist() if glyphs[i].line not in alignment.poor)
-    notes = (*written.notes, *told, *_notes(page, alignment, missing), *_case_notes(page, glyphs, cases), *cropped)
+    alone = ScannedHand("", "", (page,), glyphs)
+    cases, reaching = (
+        tuple(i for i in np.flatnonzero(find(alone)).tolist() if glyphs[i].line not in alignment.poor)
+        for find in (contradicted_cases, reaching_lines)
+    )
+    told = [*told, *_notes(page, alignment, missing), *_odd_notes(page, glyphs, cases, reaching), *cropped]
+    notes = (*written.notes, *told)
     fits = tuple((line.number, line.fit) for line in alignment.lines)
     return TaggedPage(page, glyphs, notes, alignment.poor, missing, fits, cases)
 
@@ -242,16 +246,22 @@ def _notes(page: ScannedPage, alignment: Alignment, missing: Sequence[Missing]) 
     return notes
 
 
-def _case_notes(page: ScannedPage, glyphs: Sequence[ScannedGlyph], cases: Sequence[int]) -> list[str]:
-    """A sentence of the letters whose size says that the transcript has the wrong case."""
-    if not cases:
-        return []
+def _odd_notes(
+    page: ScannedPage, glyphs: Sequence[ScannedGlyph], cases: Sequence[int], reaching: Sequence[int]
+) -> list[str]:
+    """Sentences of letters whose size says that the transcript has the wrong case, and of those on two lines."""
     text = graphemes(page.transcript)
-    named = [f"{glyphs[i].letter} in “{word_at(text, glyphs[i].at)}” (line {glyphs[i].line + 1})" for i in cases]
-    return [
-        f"{page.source}: by their size these are not of the case that the transcript has: {list_names(named)}. Put it "
-        "right where it is wrong, and read the page again; they are not written while others stand."
-    ]
+    case = "by their size these are not of the case that the transcript has"
+    said = (
+        (cases, case, "Put it right where it is wrong, and read the page again"),
+        (reaching, "these hold ink of the line above or below", "Give it back with `handout hand tag`"),
+    )
+    notes = list[str]()
+    for numbers, what, way in said:
+        named = [f"{glyphs[i].letter} in “{word_at(text, glyphs[i].at)}” (line {glyphs[i].line + 1})" for i in numbers]
+        if named:
+            notes.append(f"{page.source}: {what}: {list_names(named)}. {way}; they are not written while others stand.")
+    return notes
 
 
 def _quote(text: str) -> str:

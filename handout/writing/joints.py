@@ -31,6 +31,7 @@ Joint = tuple[Connector, Connector]
 _PRIOR = 2.0  # pairs of two letters that the habits of each of them count for
 _JOINED = 0.8  # share of a pair that the author joins, from which on it is joined; a lift of one in four is his habit
 _NEAR = 0.5  # x-heights that the end of a stroke may be from where other ways leave the letter; set by eye
+# how far from a stroke, how high, and how well ways fit: set by eye (csafe w0076 w0139 w0277)
 _ON = 0.2  # x-heights: from a stroke that goes on there, no further
 _LEAST = 3  # vertices of a way
 _HIGH = 0.5  # x-heights: letters are left by their feet, or above this
