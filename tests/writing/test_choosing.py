@@ -84,8 +84,11 @@ def test_every_letter_is_what_was_wanted_and_a_seed_tells_all(kept, words, seed)
 
 def test_texts_and_words_differ(kept):
     text = "ten hen then " * 3 + "ten hen then"
-    made = [np.concatenate(chosen(kept, text, seed)) for seed in range(6)]
-    assert np.mean([(a == b).mean() for a, b in combinations(made, 2)]) < 0.9
+    alike = []  # shares of letters that two seeds write with one glyph: of one text alone they are much by chance
+    for one in (text, "the fine tin is in the net and then eat it", "seen fit line often test net ten tent"):
+        made = [np.concatenate(chosen(kept, one, seed)) for seed in range(6)]
+        alike += [(a == b).mean() for a, b in combinations(made, 2)]
+    assert np.mean(alike) < 0.87
     assert len({tuple(word) for word in chosen(kept, text, 1)[::3]}) > 1
     still = chosen(kept, text, 1, variation=0)
     words = words_of(text)
