@@ -3,6 +3,7 @@
 import { blob, fileOf, request, task } from './api.js';
 import { choice, field, h, picker, s, save, say, steps, tick } from './dom.js';
 import * as drafts from './drafts.js';
+import { fromPhone } from './from_phone.js';
 import { lineIn } from './line.js';
 
 const TAKEN = '.png,.jpg,.jpeg,.tif,.tiff,.pdf,.webp,.bmp,.hand';
@@ -37,7 +38,7 @@ function progress() {
 }
 
 /** A new hand; with `own`, the names of hands that more pages may be added to. */
-function reader(made, own, typed) {
+function reader(made, own, typed, signal) {
   const into = choice(['', ...own], { '': 'a new hand', ...Object.fromEntries(own.map((name) => [name, `more of ${name}`])) });
   const name = h('input', { required: true, pattern: '[\\w\\-]{1,80}', title: 'Letters, digits, - and _', autocomplete: 'off' });
   const dpi = h('input', { type: 'number', min: 50, max: 2400, placeholder: 'as the file says' });
@@ -47,35 +48,39 @@ function reader(made, own, typed) {
   const button = h('button', { class: 'main' }, 'Read the hand');
   const { line, run } = progress();
   const scans = [], texts = typed.texts || {}; // name of a file → what was typed of it, until it is read
-  const drop = picker('Scans or photographs, or a .hand file', 'Drop them here. 300 dpi or more; PNG, JPEG, TIFF, PDF.', { multiple: true, accept: TAKEN }, add);
+  const drop = picker('Scans or photographs, or a .hand file', 'Drop them here. 300 dpi or more; PNG, JPEG, TIFF, PDF.', { multiple: true, accept: TAKEN }, (files) => files.forEach((file) => add(file)));
+  const phone = fromPhone(({ id, name: called, small }) => add({ name: called }, id, small), signal);
 
-  function add(files) {
-    for (const file of files) {
-      const text = h('textarea', { rows: 4, oninput() { texts[file.name] = text.value; keep(); } });
-      text.value = texts[file.name] || '';
-      const scan = { file, text };
-      const box = h('div', { class: 'scan' },
-        h('div', { class: 'row between' }, h('strong', {}, file.name), h('button', { type: 'button', 'aria-label': `Take ${file.name} away`, onclick() { scans.splice(scans.indexOf(scan), 1); box.remove(); } }, 'Take away')),
-        file.name.endsWith('.hand') ? '' : field('What is written on it, line by line', text));
-      if (!name.value && file.name.endsWith('.hand')) name.value = file.name.replace(/\.hand$/, '');
-      scans.push(scan);
-      list.append(box);
-    }
+  /** A file of this computer's, or a photograph that is with the studio already, by its number there and a small picture. */
+  function add(file, id = undefined, small = undefined) {
+    const text = h('textarea', { rows: 4, oninput() { texts[file.name] = text.value; keep(); } });
+    text.value = texts[file.name] || '';
+    const scan = { file, text, id };
+    const takeAway = () => { scans.splice(scans.indexOf(scan), 1); box.remove(); if (id) request('DELETE', `/api/uploads/${id}`).catch((error) => { refusal.textContent = error.message; }); };
+    const box = h('div', { class: 'scan' },
+      h('div', { class: 'row between' }, h('strong', {}, file.name), h('button', { type: 'button', 'aria-label': `Take ${file.name} away`, onclick: takeAway }, 'Take away')), small,
+      file.name.endsWith('.hand') ? '' : field('What is written on it, line by line', text));
+    if (!name.value && file.name.endsWith('.hand')) name.value = file.name.replace(/\.hand$/, '');
+    scans.push(scan);
+    list.append(box);
   }
 
   const keep = () => drafts.keep('texts', { texts }, unkept);
 
   async function read(heard, signal) {
-    const ids = [];
+    const ids = [], gone = (id) => request('DELETE', `/api/uploads/${id}`).catch(() => {});
     try {
-      return await readFrom(ids, heard, signal);
+      const done = await readFrom(ids, heard, signal);
+      scans.forEach(({ id }) => id && gone(id)); // the phone's are there until they are read
+      return done;
     } finally {
-      for (const id of ids) request('DELETE', `/api/uploads/${id}`).catch(() => {});
+      ids.filter((sent) => !scans.some(({ id }) => id === sent)).forEach(gone);
     }
   }
 
   async function readFrom(ids, heard, signal) {
-    for (const { file } of scans) {
+    for (const { file, id } of scans) {
+      if (id) { ids.push(id); continue; }
       heard({ share: 0, stage: `sending ${file.name}` });
       ids.push((await request('POST', `/api/uploads?name=${encodeURIComponent(file.name)}`, file, signal)).id);
     }
@@ -109,7 +114,7 @@ function reader(made, own, typed) {
   into.addEventListener('change', () => { button.textContent = into.value ? 'Read the pages' : 'Read the hand'; nameField.hidden = Boolean(into.value); name.required = !into.value; });
   return h('form', { onsubmit: submit, class: 'step', 'aria-label': 'A new hand' }, h('h1', {}, 'Photograph what you wrote'),
     h('p', { class: 'quiet' }, 'From above, in daylight, all four corners in the picture; or scan it at 300 dpi. Then give the pictures here.'),
-    drop, list, h('p', { class: 'quiet' }, NEEDS_NO_TEXT), h('div', { class: 'grid' }, own.length ? field('They become', into) : '', nameField),
+    drop, phone, list, h('p', { class: 'quiet' }, NEEDS_NO_TEXT), h('div', { class: 'grid' }, own.length ? field('They become', into) : '', nameField),
     h('details', {}, h('summary', {}, 'More'), h('div', { class: 'grid' }, field('Dots per inch of the scans', dpi)), keeping), refusal, unkept, h('div', { class: 'row' }, button), line);
 }
 
@@ -185,7 +190,7 @@ function askStep(name, onward) {
     h('div', { class: 'row between onward' }, h('span', {}), onward('Skip this', 4))];
 }
 
-export async function show(main, shared) {
+export async function show(main, shared, [asked] = []) {
   const draft = { step: 0, hand: '', ...await drafts.kept('own') }, texts = await drafts.kept('texts');
   const refusal = h('p', { class: 'bad', role: 'alert' }), head = h('div', {}), body = h('section', { class: 'flow-body step' });
   const own = () => shared.choices.hands.filter((hand) => hand.own).map((hand) => hand.name);
@@ -199,7 +204,10 @@ export async function show(main, shared) {
     return [h('h1', {}, 'Write in your hand'), lineIn(draft.hand, 'A line', (snapshot) => heard(snapshot), started, (error) => { over(); refusal.textContent = error?.message || ''; }), line,
       h('div', { class: 'row' }, h('a', { class: 'button', href: `#write/${encodeURIComponent(draft.hand)}` }, 'Write a letter in it'), h('a', { class: 'button', href: '#table' }, 'Letters from a table'), h('a', { class: 'button', href: '#hands' }, 'All hands'))];
   }
+  let shown = new AbortController(); // the step that is shown
   function draw() {
+    shown.abort();
+    shown = new AbortController();
     const named = own().includes(draft.hand), at = named ? draft.step : Math.min(draft.step, 1);
     head.replaceChildren(steps(STEPS, at, named ? STEPS.length : 2, go));
     const picked = choice(['', ...own()], { '': 'a new one' });
@@ -207,10 +215,12 @@ export async function show(main, shared) {
     picked.addEventListener('change', () => { Object.assign(draft, { hand: picked.value, said: [] }); go(picked.value ? Math.max(at, 2) : 0); });
     body.replaceChildren(...[
       () => [sheets(shared.choices.hands.filter((hand) => !hand.drawn)), h('div', { class: 'row between onward' }, h('span', {}), onward('Next: photograph it', 1))],
-      () => [reader(read, own(), texts)],
+      () => [reader(read, own(), texts, shown.signal)],
       () => lookStep(draft.hand, draft.said || [], onward), () => askStep(draft.hand, onward), writeStep,
     ][at](), refusal, own().length ? h('div', { class: 'which' }, field('Which hand', picked)) : '');
   }
   main.append(h('div', { class: 'flow' }, head, body));
-  draw();
+  history.replaceState(null, '', '#own');
+  if (asked) go(Number(asked) || 0); else draw();
+  return () => shown.abort();
 }
