@@ -126,9 +126,15 @@ class PhoneDoor:
     async def _take(self, request: Request) -> Response:
         """A photograph is taken in, if it can be read; one that was sent before is there once."""
         self._tell()
-        if len(self._task.live["photographs"]) >= _MOST:
-            raise HTTPException(409, f"{_MOST} photographs wait at the computer: read them there first.")
-        key = await take_file(self._studio, request, (*PICTURES, ".heic", ".heif"))
+        try:
+            if len(self._task.live["photographs"]) >= _MOST:
+                raise HTTPException(409, f"{_MOST} photographs wait at the computer: read them there first.")
+            key = await take_file(self._studio, request, (*PICTURES, ".heic", ".heif"))
+        except HTTPException as error:
+            if error.status_code in (409, 422):
+                async for _ in request.stream():  # a phone that is cut off while it sends does not hear why
+                    pass
+            raise
         sent = self._studio.uploads[key]
         try:
             facts = await self._studio.answer("looking at a photograph", Call("photographs.look_at", (sent.path,)))

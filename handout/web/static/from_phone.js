@@ -28,7 +28,7 @@ export function fromPhone(given, signal) {
       s('svg', { viewBox: `-4 -4 ${size + 8} ${size + 8}`, role: 'img', 'aria-label': `A code for the camera of a phone: ${live.link}` }, s('path', { d: path })),
       h('div', {}, h('h2', {}, 'Scan this with your phone’s camera'),
         h('p', {}, `The phone has to be in the same network as this computer. It can only send photographs here, until ${new Date(live.until * 1000).toLocaleTimeString([], { hour: '2-digit', minute: '2-digit' })} or until you switch it off.`),
-        h('p', { class: 'quiet' }, 'The phone will say “Not secure”: the photographs cross your network unencrypted, and who is in it could look at them. At home that is you; in a café’s network give the pictures as files.'),
+        h('p', { class: 'quiet' }, 'The phone will say “Not secure”: the photographs cross your network unencrypted, and who is in it could look at them. In a network that others use, too, give the pictures as files.'),
         h('details', {}, h('summary', {}, 'Nothing happens on the phone?'), h('p', { class: 'quiet' }, 'A network for guests often keeps devices apart: use the usual one. If this computer’s firewall asks whether handout or Python may be reached, allow it in private networks. Or type this address: ', h('code', {}, live.link))),
         phones, h('button', { type: 'button', onclick: () => request('DELETE', `/api/tasks/${id}`).catch((error) => say(error.message)) }, 'Switch it off')));
   }

@@ -4,6 +4,7 @@ import { h } from './dom.js';
 
 // what iPhones make of their HEIC where no other is taken
 const TAKEN = 'image/jpeg,image/png,image/webp';
+const LARGEST = 64 * 2 ** 20; // bytes; the computer takes no more, as phone.py has it
 const GONE = 'The computer does not answer: it was switched off there, its half hour is over, or this phone has left the network. Switch it on there again and scan the new code.';
 
 const list = h('ol', { class: 'sent', 'aria-label': 'Photographs' });
@@ -28,7 +29,7 @@ function sending(file, heard) {
 
 function add(file) {
   const said = h('span', { class: 'quiet small' }, 'waiting'), bar = h('progress', { max: 1, value: 0, 'aria-label': `Progress of ${file.name}` });
-  const picture = h('img', { alt: '', src: URL.createObjectURL(file) });
+  const picture = h('img', { alt: '', src: URL.createObjectURL(file), onerror: () => picture.removeAttribute('src') });
   const again = h('button', { type: 'button', hidden: true, 'aria-label': `Send ${file.name} again`, onclick: () => send() }, 'Send again');
   async function once() {
     said.className = 'quiet small';
@@ -36,6 +37,7 @@ function add(file) {
     again.hidden = true;
     bar.hidden = false;
     try {
+      if (file.size > LARGEST) throw new Error('It is larger than 64 MB: photograph it with fewer pixels.');
       const told = await sending(file, (share) => { bar.value = share; if (share === 1) said.textContent = 'it is looked at'; });
       said.textContent = told.again ? 'It was there already.' : 'It is on the computer.';
       URL.revokeObjectURL(picture.src);
