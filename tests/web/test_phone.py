@@ -171,9 +171,10 @@ def test_a_phone_takes_photographs_which_are_on_the_computer_s_page_at_once(stud
         desk.reload()  # what came is there still
         desk.get_by_role("button", name="Take noise.jpg away").click()
         desk.get_by_role("img", name="The photograph noise.jpg").wait_for(state="detached")
+        desk.get_by_text("Not one of our sheets?").click()
         desk.get_by_label("What is written on it").fill(small_scan.text.read_text(encoding="utf-8"))
-        desk.get_by_label("Name", exact=True).fill("phoned")
-        desk.get_by_role("button", name="Read the hand").click()
+        desk.get_by_label("What shall it be called?").fill("phoned")
+        desk.get_by_role("button", name="Read my handwriting").click()
         desk.locator(".found-pages img").wait_for(timeout=180_000)
         desk.get_by_role("button", name="Photograph", exact=True).click()
         desk.get_by_role("button", name="Switch it off").click()

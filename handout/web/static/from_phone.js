@@ -1,15 +1,15 @@
 // Photographs that a phone sends: a switch, the code that it scans, and what came.
 
 import { blob, follow, request } from './api.js';
-import { h, s, say } from './dom.js';
+import { button, guarded, h, refusal, s, say } from './dom.js';
 
 /** `given` hears each photograph once: {id, name, small}, its small picture. It ends with `signal`. */
 export function fromPhone(given, signal) {
-  const place = h('div', { class: 'phone' }), refusal = h('p', { class: 'bad', role: 'alert' }), known = new Set();
-  const button = h('button', { type: 'button', onclick: () => begin('POST') }, 'Photograph with your phone');
+  const place = h('div', { class: 'phone' }), wrong = refusal(), known = new Set();
+  const on = button('Photograph with your phone', () => begin('POST'));
 
-  async function hear({ id, state, live }) {
-    if (state === 'running') showCode(id, live); else place.replaceChildren(button, refusal);
+  function hear({ id, state, live }) {
+    if (state === 'running') showCode(id, live); else place.replaceChildren(on, wrong);
     for (const one of live.photographs.filter((each) => !known.has(each.id))) {
       known.add(one.id);
       const small = h('img', { class: 'small-scan', alt: `The photograph ${one.name}` });
@@ -30,27 +30,22 @@ export function fromPhone(given, signal) {
         h('p', {}, `The phone has to be in the same network as this computer. It can only send photographs here, until ${new Date(live.until * 1000).toLocaleTimeString([], { hour: '2-digit', minute: '2-digit' })} or until you switch it off.`),
         h('p', { class: 'quiet' }, 'The phone will say “Not secure”: the photographs cross your network unencrypted, and who is in it could look at them. In a network that others use, too, give the pictures as files.'),
         h('details', {}, h('summary', {}, 'Nothing happens on the phone?'), h('p', { class: 'quiet' }, 'A network for guests often keeps devices apart: use the usual one. If this computer’s firewall asks whether handout or Python may be reached, allow it in private networks. Or type this address: ', h('code', {}, live.link))),
-        phones, h('button', { type: 'button', onclick: () => request('DELETE', `/api/tasks/${id}`).catch((error) => say(error.message)) }, 'Switch it off')));
+        phones, button('Switch it off', () => request('DELETE', `/api/tasks/${id}`).catch((error) => say(error.message)))));
   }
 
-  async function begin(method) {
-    refusal.textContent = '';
-    button.disabled = true;
+  const begin = guarded(wrong, async (method) => {
     try {
       const { task } = await request(method, '/api/phone', undefined, signal);
-      button.disabled = false;
       if (!task) return;
-      await hear(task);
-      if (task.state === 'running') for await (const snapshot of follow(task.id, signal)) await hear(snapshot);
+      hear(task);
+      if (task.state === 'running') for await (const snapshot of follow(task.id, signal)) hear(snapshot);
     } catch (error) {
-      button.disabled = false;
-      if (error.name === 'AbortError') return;
-      place.replaceChildren(button, refusal);
-      refusal.textContent = error.message;
+      place.replaceChildren(on, wrong);
+      throw error;
     }
-  }
+  });
 
-  place.append(button, refusal);
+  place.append(on, wrong);
   begin('GET');
   return place;
 }

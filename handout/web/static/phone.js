@@ -1,6 +1,6 @@
 // The page that a phone sees: photographs are taken or chosen, and go to the computer one after the other.
 
-import { h } from './dom.js';
+import { button, h } from './dom.js';
 
 // what iPhones make of their HEIC where no other is taken
 const TAKEN = 'image/jpeg,image/png,image/webp';
@@ -30,7 +30,7 @@ function sending(file, heard) {
 function add(file) {
   const said = h('span', { class: 'quiet small' }, 'waiting'), bar = h('progress', { max: 1, value: 0, 'aria-label': `Progress of ${file.name}` });
   const picture = h('img', { alt: '', src: URL.createObjectURL(file), onerror: () => picture.removeAttribute('src') });
-  const again = h('button', { type: 'button', hidden: true, 'aria-label': `Send ${file.name} again`, onclick: () => send() }, 'Send again');
+  const again = button('Send again', () => send(), false, { hidden: true, 'aria-label': `Send ${file.name} again` });
   async function once() {
     said.className = 'quiet small';
     said.textContent = 'on its way';
