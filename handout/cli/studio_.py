@@ -61,15 +61,11 @@ def open_studio(
     except ModuleNotFoundError as error:
         raise InputError(MISSING) from error
 
-    def show_link(link: str, of_phones: str) -> None:
-        click.echo(json.dumps({"link": link, **({"phone": of_phones} if phone else {})}) if as_json else link)
-        if phone:
-            click.echo(
-                f"For half an hour phones on your network can send photographs, unencrypted: {of_phones}", err=True
-            )
+    def show_link(links: dict[str, str]) -> None:
+        click.echo(json.dumps(links) if as_json else "\n".join(links.values()))
         click.echo("The studio is open; Ctrl-C closes it.", err=True)
         if browser:
-            click.launch(link)
+            click.launch(links["link"])
 
     hands = {path.stem: path for path in files.values() if path.suffix == ".hand"}
     styles = {path.stem: path for path in files.values() if path.suffix != ".hand"}

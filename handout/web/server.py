@@ -88,7 +88,7 @@ def serve(
     start: str,
     port: int | None,
     key_file: Path | None,
-    opened: Callable[[str, str], None],
+    opened: Callable[[dict[str, str]], None],
     styles_: Mapping[str, Path] = {},
     hosts: Collection[str] = (),
     phone_too: bool = False,
@@ -101,7 +101,7 @@ def serve(
     styles_ : the same of handstyles.
     start : the page that the link opens; hosts : that webhooks may lead to, beside this computer.
     key_file : where a key for programs is kept meanwhile, readable for the user alone.
-    opened : is told the link once the server listens, and that of phones, or "".
+    opened : is told `link` once the server listens, and `phone`, the link of phones.
     phone_too : whether phones may send photographs at once, as by the page.
     """
     studio = Studio(hands_, start, styles_, frozenset(hosts))
@@ -128,8 +128,10 @@ def serve(
         while not server.started and not serving.done():
             await asyncio.sleep(0.01)
         if server.started:
-            link = "" if for_phones is None else (await phone.let_in(studio, for_phones)).live["link"]
-            opened(f"http://127.0.0.1:{number}/#{studio.token}", link)
+            links = {"link": f"http://127.0.0.1:{number}/#{studio.token}"}
+            if for_phones is not None:
+                links["phone"] = (await phone.let_in(studio, for_phones)).live["link"]
+            opened(links)
         await serving
 
     try:
