@@ -31,6 +31,8 @@ from handout.scanning.text_lines import TextLines, find_text_lines
 from handout.summary import one_line
 from handout.values import POSE, Array, LineGraph, Moments, Stroke
 
+_ENLARGED = (200.0, 400.0)  # dpi: such scans may be read enlarged, since fine pens write lines of 2 pixels at 300
+
 
 @dataclass(frozen=True, eq=False)
 class WrittenPage:
@@ -91,6 +93,7 @@ class Inked:
     mask : ink or paper.
     text_lines : where the writing runs, mm on the page.
     pale : marks too pale for ink, as a share of the ink.
+    notes : sentences to show the user.
     """
 
     prepared: PreparedScan
@@ -98,6 +101,7 @@ class Inked:
     mask: Mask
     text_lines: TextLines
     pale: float = 0.0
+    notes: tuple[str, ...] = ()
 
 
 def prepare(source: Path | Scan, dpi: float | None = None) -> PreparedScan:
@@ -119,14 +123,14 @@ def prepare(source: Path | Scan, dpi: float | None = None) -> PreparedScan:
 def find_ink(
     prepared: PreparedScan, pen: str | None = None, *, lines: int | None = None, scale: Scale | None = None
 ) -> Inked:
-    """Ink and lines of a page that has been prepared.
+    """Ink and lines of a page that has been prepared; strokes too thin to be measured are read from an enlarged scan.
 
     Parameters
     ----------
     pen, lines : as `read_page`.
     scale : scale of densities of the whole hand (`density.pooled_scale`).
 
-    Raises InputError: strokes too thin, nothing but specks.
+    Raises InputError: nothing but specks; strokes too thin for a scan that is coarser or finer than most.
     """
     scan, inks = prepared.scan, prepared.inks
     level = flatten(scan, prepared.paper)
@@ -134,8 +138,15 @@ def find_ink(
     try:
         mask = find_mask(level, inks, density, pen)
     except InputError:
-        refuse_false_resolution(stroke_width(hysteresis(density.values, density)), scan)
-        raise
+        thin = stroke_width(hysteresis(density.values, density))
+        refuse_false_resolution(thin, scan)
+        if not (thin and _ENLARGED[0] <= scan.dpi <= _ENLARGED[1]):
+            raise
+        note = (
+            f"{scan.source}: strokes are but {thin:.1f} pixels wide at {scan.dpi:g} dpi, so the scan is read enlarged "
+            "to twice its size; a scan at 600 dpi shows more of the ink."
+        )
+        return replace(find_ink(prepare(scan.enlarge(2)), pen, lines=lines, scale=scale), notes=(note,))
     text_lines = find_text_lines(mask.ink, scan.dpi, lines)
     return Inked(prepared, density, mask, text_lines, pale_marks(level, inks, mask))
 
@@ -146,7 +157,7 @@ def finish(inked: Inked) -> WrittenPage:
     Raises InputError: the size of the writing belies the resolution.
     """
     prepared, density, mask, scan = inked.prepared, inked.density, inked.mask, inked.prepared.scan
-    notes = (*check_writing_size(inked.text_lines, scan), *check_pale_marks(inked.pale, scan))
+    notes = (*inked.notes, *check_writing_size(inked.text_lines, scan), *check_pale_marks(inked.pale, scan))
     graph = find_line_graph(scan, mask, density)
     matte = find_matte(scan, mask, prepared.inks, pale=inked.pale >= PALE)
     return WrittenPage(scan, prepared.paper, prepared.inks, density, mask, graph, matte, inked.text_lines, notes)
