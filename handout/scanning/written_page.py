@@ -21,6 +21,7 @@ from handout.errors import InputError
 from handout.scanning.checks import PALE, check_pale_marks, check_writing_size, refuse_false_resolution
 from handout.scanning.density import Density, Scale, find_density, find_scale
 from handout.scanning.inks import PageInks, find_inks
+from handout.scanning.line_erasure import erase_printed_lines
 from handout.scanning.line_graph import find_line_graph, mean_within
 from handout.scanning.mask import Mask, find_mask, hysteresis, stroke_width
 from handout.scanning.matting import Matte, find_matte
@@ -72,12 +73,14 @@ class PreparedScan:
     paper : light and stains.
     inks : colours.
     scale : of the page's own ink.
+    erased : how many lines were printed on its paper, which the scan no longer has.
     """
 
     scan: Scan
     paper: BarePaper
     inks: PageInks
     scale: Scale
+    erased: int = 0
 
     def turn_quarters(self, quarters: int) -> PreparedScan:
         """The page turned anticlockwise by a number of quarter turns."""
@@ -105,7 +108,7 @@ class Inked:
 
 
 def prepare(source: Path | Scan, dpi: float | None = None) -> PreparedScan:
-    """Light, paper and inks of a scan.
+    """Light, paper and inks of a scan, from which printed lines are taken away.
 
     Parameters
     ----------
@@ -113,11 +116,11 @@ def prepare(source: Path | Scan, dpi: float | None = None) -> PreparedScan:
 
     Raises InputError: unreadable or too large; no resolution; nothing but paper.
     """
-    scan = crop(source if isinstance(source, Scan) else read_scan(Path(source), dpi))
+    scan, erased = erase_printed_lines(crop(source if isinstance(source, Scan) else read_scan(Path(source), dpi)))
     paper = find_paper(scan)
     level = flatten(scan, paper)
     inks = find_inks(level)
-    return PreparedScan(scan, paper, inks, find_scale(level, inks))
+    return PreparedScan(scan, paper, inks, find_scale(level, inks), erased)
 
 
 def find_ink(
@@ -146,7 +149,8 @@ def find_ink(
             f"{scan.source}: strokes are but {thin:.1f} pixels wide at {scan.dpi:g} dpi, so the scan is read enlarged "
             "to twice its size; a scan at 600 dpi shows more of the ink."
         )
-        return replace(find_ink(prepare(scan.enlarge(2)), pen, lines=lines, scale=scale), notes=(note,))
+        enlarged = replace(prepare(scan.enlarge(2)), erased=prepared.erased)
+        return replace(find_ink(enlarged, pen, lines=lines, scale=scale), notes=(note,))
     text_lines = find_text_lines(mask.ink, scan.dpi, lines)
     return Inked(prepared, density, mask, text_lines, pale_marks(level, inks, mask))
 
@@ -157,7 +161,11 @@ def finish(inked: Inked) -> WrittenPage:
     Raises InputError: the size of the writing belies the resolution.
     """
     prepared, density, mask, scan = inked.prepared, inked.density, inked.mask, inked.prepared.scan
-    notes = (*inked.notes, *check_writing_size(inked.text_lines, scan), *check_pale_marks(inked.pale, scan))
+    printed = (
+        f"{scan.source}: {prepared.erased} lines that were printed on its paper were taken away before it was read."
+    )
+    told = (*[printed] * bool(prepared.erased), *inked.notes)
+    notes = (*told, *check_writing_size(inked.text_lines, scan), *check_pale_marks(inked.pale, scan))
     graph = find_line_graph(scan, mask, density)
     matte = find_matte(scan, mask, prepared.inks, pale=inked.pale >= PALE)
     return WrittenPage(scan, prepared.paper, prepared.inks, density, mask, graph, matte, inked.text_lines, notes)
@@ -254,13 +262,13 @@ def _unit_vectors(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def pale_marks(level: Scan, inks: PageInks, mask: Mask) -> float:
-    """How much of a page has marks too pale for its ink, as a share of what has ink; 0 on ruled paper.
+    """How much of a page has marks too pale for its ink, as a share of what has ink.
 
     level : the page, its light evened out.
     """
     import cv2
 
-    if inks.ruling is not None or not mask.ink.any():
+    if not mask.ink.any():
         return 0.0
     part = min(1.0, _FOREIGN.dpi / level.dpi)
     size = (max(1, round(level.shape[1] * part)), max(1, round(level.shape[0] * part)))
