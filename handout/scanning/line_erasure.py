@@ -67,18 +67,26 @@ def erase_printed_lines(scan: Scan) -> tuple[Scan, int]:
             hidden = places[:0]
         # a line that is written on may seem to lean, as its letters do; all together do not
         lean = float(np.median(slopes))
-        count += sum(_erase_line(along, at, lean, scan.pixel) for at in {*places.tolist(), *hidden.tolist()})
+        followed = [_follow_line(along, at, lean, scan.pixel) for at in sorted({*places.tolist(), *hidden.tolist()})]
+        count += sum(_take_out(along, line, scan.pixel) for line in followed if line)
     return Scan(rgb, scan.dpi, scan.source, scan.told, scan.origin), count
 
 
-def _erase_line(rgb: NDArray[np.uint8], at: float, slope: float, pixel: float) -> bool:
-    """Take one line out of a picture, in which it runs from left to right; whether it was there.
+@dataclass(frozen=True, eq=False)
+class _Followed:
+    """A printed line in a picture through which it runs from left to right.
 
-    at : mm, where it crosses the middle of the picture.
+    way : (w,) float: its middle, pixels from the top.
+    blocks : the columns of those blocks that show it bare.
     """
-    import cv2
-    from scipy.interpolate import interp1d
-    from scipy.ndimage import grey_closing, median_filter, percentile_filter, uniform_filter1d
+
+    way: Array
+    blocks: tuple[NDArray[np.int_], ...]
+
+
+def _follow_line(rgb: NDArray[np.uint8], at: float, slope: float, pixel: float) -> _Followed | None:
+    """The line near a straight way, `at` mm from the top in the middle of the picture; None if there is none."""
+    from scipy.ndimage import grey_closing, median_filter, uniform_filter1d
 
     width = rgb.shape[1]
     column = np.arange(width)
@@ -90,59 +98,68 @@ def _erase_line(rgb: NDArray[np.uint8], at: float, slope: float, pixel: float) -
     blocks = np.array_split(column, max(2, round(width * pixel / _ERASURE.block)))
     # (blocks, offsets): a line is as dark in most columns, the feet of a row of letters are not
     profile = np.stack([np.percentile(light[:, block], _ERASURE.most, axis=1) for block in blocks])
-    middles = np.array([block.mean() for block in blocks])
-    # how far each place is darker than both sides of it, as a line is and the body of a letter is not
+    # how much darker each place is than what lies on both sides of it, as a line is and the body of a letter is not
     dip = grey_closing(profile, size=(1, 2 * round(_ERASURE.thickest / pixel) + 1)) - profile
-    together = uniform_filter1d(dip, _ERASURE.together, axis=0, mode="nearest")
-    usual = offsets[together.argmax(axis=1)]
+    usual = offsets[uniform_filter1d(dip, _ERASURE.together, axis=0, mode="nearest").argmax(axis=1)]
     near = np.where(np.abs(offsets - usual[:, None]) <= max(1.0, _ERASURE.jump / pixel), dip, 0)
+    place = (near @ offsets) / np.maximum(near.sum(axis=1), 1e-6)
     depth = near.max(axis=1)
     shown = depth > max(_ERASURE.weak * np.percentile(depth, _ERASURE.clear), _ERASURE.faintest)
-    place = (near @ offsets) / np.maximum(near.sum(axis=1), 1e-6)
     shown &= np.abs(place - median_filter(usual.astype(np.float64), 7)) <= max(1.5, 2 * _ERASURE.jump / pixel)
     if shown.mean() < _ERASURE.seen:
-        return False
-    way = straight + np.interp(column, middles[shown], place[shown])
-    around = uniform_filter1d(_rows(rgb, way, np.arange(-1, 2)).mean(axis=-1), _ERASURE.screen, axis=1).min(axis=0)
-    depth = np.percentile(light, 75) - around
-    usual = np.median(depth[np.isin(column, np.concatenate([blocks[k] for k in np.flatnonzero(shown)]))])
+        return None
+    bare = tuple(blocks[k] for k in np.flatnonzero(shown))
+    way = straight + np.interp(column, [block.mean() for block in bare], place[shown])
+    middle = uniform_filter1d(_rows(rgb, way, np.arange(-1, 2)).mean(axis=-1), _ERASURE.screen, axis=1).min(axis=0)
+    darkness = np.percentile(light, 75) - middle
+    own = float(np.median(darkness[np.concatenate(bare)]))
     # lines are printed evenly; a row of letters is dark and light by turns
-    if np.mean(np.abs(depth - usual) <= _ERASURE.even * usual) < _ERASURE.evenly:
-        return False
+    return _Followed(way, bare) if np.mean(np.abs(darkness - own) <= _ERASURE.even * own) > _ERASURE.evenly else None
+
+
+def _take_out(rgb: NDArray[np.uint8], line: _Followed, pixel: float) -> bool:
+    """Take a line out of its picture; whether there was anything to take."""
     half = max(2, round(_ERASURE.widest / pixel))
-    level = np.median(_rows(rgb, way, np.arange(-half, half + 1)), axis=1).min(axis=1)  # across the line
+    level = np.median(_rows(rgb, line.way, np.arange(-half, half + 1)), axis=1).min(axis=1)  # across the line
     wide = np.flatnonzero(level < level.max() - max(_ERASURE.edge * np.ptp(level), 1.0)) - half
     if not len(wide):
         return False
     band = np.arange(wide[0] - 1, wide[-1] + 2)  # a pixel more, since it was followed to the nearest
-    strip = _rows(rgb, way, np.arange(band[0] - 2, band[-1] + 3))
+    strip = _rows(rgb, line.way, np.arange(band[0] - 2, band[-1] + 3))
     own, above, below = strip[2:-2], strip[:2].mean(axis=0), strip[-2:].mean(axis=0)
-    bare = np.flatnonzero(shown)
-    rule = np.stack([np.median(own[:, blocks[k]], axis=1) for k in bare], axis=1)  # (band, blocks, 3)
-    rule = percentile_filter(rule, _ERASURE.bare, size=(1, _ERASURE.beside, 1), mode="nearest")
-    darker = (
-        interp1d(middles[bare], rule, axis=1, bounds_error=False, fill_value=(rule[:, 0], rule[:, -1]))(column) - own
-    )
-    darker = uniform_filter1d(darker, _ERASURE.grain, axis=1)
-    spread = 1.48 * np.median(np.abs(darker), axis=(1, 2), keepdims=True)
-    dark = np.ones(strip.shape[:2], dtype=np.uint8)
-    dark[2:-2] = (darker > np.maximum(_ERASURE.noise * spread, _ERASURE.least)).any(axis=2)
-    paper = np.percentile(strip[[0, 1, -2, -1]], 75, axis=(0, 1))
-    for beyond in (dark[:2], strip[:2]), (dark[-2:], strip[-2:]):
-        beyond[0][:] = (paper - beyond[1] > _ERASURE.beyond).any(axis=2)
-    # between ink above the line's middle and ink below it there is ink
-    between = cv2.morphologyEx(dark, cv2.MORPH_CLOSE, np.ones((len(band) + 1, 1), np.uint8)) - dark
-    dark |= cv2.erode(between, np.ones((1, _ERASURE.grain), np.uint8))
-    count, piece = cv2.connectedComponents(dark, connectivity=8)
-    written = np.zeros(count, dtype=bool)  # pieces that go on beyond the line
-    written[piece[[1, -2]]] = True
-    written[0] = False
     part = (np.arange(1, len(band) + 1) / (len(band) + 1))[:, None, None]
-    cleaned = np.where(written[piece[2:-2], None], own, np.maximum(own, (1 - part) * above + part * below))
-    row = np.rint(way).astype(np.intp) + band[:, None]
+    bare = np.maximum(own, (1 - part) * above + part * below)
+    cleaned = np.where(_ink_on_line(strip, line.blocks)[:, :, None], own, bare)
+    row = np.rint(line.way).astype(np.intp) + band[:, None]
     within = (row >= 0) & (row < rgb.shape[0])
-    rgb[row[within], np.broadcast_to(column, row.shape)[within]] = np.rint(cleaned[within]).astype(np.uint8)
+    column = np.broadcast_to(np.arange(rgb.shape[1]), row.shape)
+    rgb[row[within], column[within]] = np.rint(cleaned[within]).astype(np.uint8)
     return True
+
+
+def _ink_on_line(strip: NDArray[np.float32], blocks: tuple[NDArray[np.int_], ...]) -> NDArray[np.bool_]:
+    """(rows, w) bool: what is ink in a strip (rows + 4, w, 3) of a line and two pixels to either side of it."""
+    import cv2
+    from scipy.interpolate import interp1d
+    from scipy.ndimage import percentile_filter, uniform_filter1d
+
+    own = strip[2:-2]
+    line = np.stack([np.median(own[:, block], axis=1) for block in blocks], axis=1)  # (rows, blocks, 3)
+    line = percentile_filter(line, _ERASURE.bare, size=(1, _ERASURE.beside, 1), mode="nearest")
+    middles, ends = [block.mean() for block in blocks], (line[:, 0], line[:, -1])
+    bare = interp1d(middles, line, axis=1, bounds_error=False, fill_value=ends)(np.arange(strip.shape[1]))
+    darker = uniform_filter1d(bare - own, _ERASURE.grain, axis=1)
+    spread = 1.48 * np.median(np.abs(darker), axis=(1, 2), keepdims=True)
+    paper = np.percentile(strip[[0, 1, -2, -1]], 75, axis=(0, 1))
+    dark = np.asarray((paper - strip > _ERASURE.beyond).any(axis=2), dtype=np.uint8)
+    dark[2:-2] = (darker > np.maximum(_ERASURE.noise * spread, _ERASURE.least)).any(axis=2)
+    # between ink above the line's middle and ink below it there is ink
+    between = cv2.morphologyEx(dark, cv2.MORPH_CLOSE, np.ones((len(own) + 1, 1), np.uint8)) - dark
+    dark = np.maximum(dark, cv2.erode(between, np.ones((1, _ERASURE.grain), np.uint8)))
+    count, piece = cv2.connectedComponents(dark, connectivity=8)
+    beyond = np.zeros(count, dtype=bool)  # pieces that go on beyond the line
+    beyond[piece[[1, -2]]] = True
+    return np.asarray((beyond[piece] & (dark > 0))[2:-2])
 
 
 def _rows(rgb: NDArray[np.uint8], way: Array, offsets: NDArray[np.int_]) -> NDArray[np.float32]:
