@@ -110,7 +110,7 @@ LETTERS = (  # typed one after the other: bold, an ink of its own, a hand of its
     "# ten hens\n\nthe **men** met\n\nthen the hen met ten men\n\nten",
     "# ten hens\n\nthe **men** met\n\nthen the hen met ten men\n\nten [men]{ink=red} met",
     "# ten hens\n\nthe **men** met\n\nthen [the hen]{hand=house-print} met ten men\n\nten [men]{ink=red} met $a^b$",
-    "# ten hens\n\nthe **men** met\n\nthen [the hen]{hand=house-print} met\n\n| ten | hen |\n|--|--|\n| met | men |\n\nten",
+    "# ten hens\n\nthe **men** met\n\nthen [the hen]{hand=house-print} met\n\n|ten|hen|\n|--|--|\n|met|men|\n\nten",
 )
 
 

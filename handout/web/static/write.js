@@ -191,6 +191,9 @@ export async function show(main, shared, [hand]) {
     sheet.style.width = `${wide * most}px`; sheet.style.height = `${high * most}px`;
   }
 
+  /** A place in the text, of one that a word has; of a letter file nobody knows, since its words stand between signs: null. */
+  const placeOf = (of) => (made.kind.value === 'letter' ? null : of);
+
   /** What is asked, with what was done to the page itself. */
   const asking = () => ({
     ...asked(made, ticks),
@@ -272,7 +275,7 @@ export async function show(main, shared, [hand]) {
     if (!last) return;
     const [wide, high] = [Number(sheet.dataset.wide), Number(sheet.dataset.high)], edge = Math.min(wide, high) / 10;
     const here = (all) => (all || []).filter((one) => one.page === page + 1 && one.box);
-    const write = (word, times) => { if (times > 0) rewritten.set(word, times); else rewritten.delete(word); at = word; soon(); };
+    const write = (word, times) => { if (times > 0) rewritten.set(word, times); else rewritten.delete(word); at = placeOf(word); soon(); };
     sheet.append(marks({
       wide, high, mode, chosen, words: here(last.facts.words), doubts: here(last.facts.doubtful), margin: margin || [edge, edge, edge, edge],
       choose: (word) => { chosen = word.at; spoken.textContent = word.word; },
@@ -297,7 +300,7 @@ export async function show(main, shared, [hand]) {
       coming = null; stale = true;
       return;
     }
-    const body = { ...asking(), ...(alone ? { at } : {}) };
+    const body = { ...asking(), ...(alone && at !== null && !held ? { at } : {}) };
     let refused = false;
     try {
       if (quick()) {
@@ -342,7 +345,7 @@ export async function show(main, shared, [hand]) {
     if (stale || coming || last?.facts.page) await drawn();
     if (stale || !last) return;
     page += by;
-    at = (last.facts.words || []).find((word) => word.page === page + 1)?.at ?? at;
+    at = placeOf((last.facts.words || []).find((word) => word.page === page + 1)?.at ?? at);
     try {
       placed(await (lines && !inked() ? lined(last) : pictured(last)), last);
     } catch { drawn(); } // its files are not kept for ever
