@@ -1,6 +1,6 @@
 """Every state of the studio's pages, on a desk and on a phone, light and dark: axe-core finds nothing.
 
-With STUDIO_PICTURES=FOLDER each state is kept there as studio-STATE-SIZE-THEME.png; docs/pictures/make.sh does so.
+With STUDIO_PICTURES=FOLDER each state is kept there as STATE-SIZE-THEME.png; docs/pictures/make.sh does so.
 """
 
 import re
@@ -53,6 +53,10 @@ def states(page, home):
 
     at("home")
     page.locator(".scene img").wait_for()
+    for name in ("draft", "batch", "own", "texts", "style"):  # nothing is left of the size and theme before
+        with page.expect_response(f"**/api/drafts/{name}"):
+            keep = f"keep('{name}', {{}}, document.createElement('p'))"
+            page.evaluate(f"import('./drafts.js').then(drafts => drafts.{keep})")
     yield "start"
     at("jobs")
     yield "jobs-empty"
@@ -77,7 +81,7 @@ def states(page, home):
     page.wait_for_timeout(1500 if SHOTS else 0)
     press(page, "Pause")
     page.get_by_text("The plot pauses, its pen lifted.").wait_for()
-    yield "jobs-paused"
+    yield "jobs"
     press(page, "Stop")
     page.get_by_text("It ended: it was stopped at the page.").wait_for()
     page.get_by_text("More", exact=True).click()
