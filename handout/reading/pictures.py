@@ -92,7 +92,7 @@ class PictureReading:
     @cached_property
     def grouped(self) -> tuple[Array, str]:
         """Log posteriors of groups of letters that look alike, and the letter that stands for each."""
-        groups, order, starts = _groups(self.letters)
+        groups, order, starts = group_alike(self.letters)
         return np.logaddexp.reduceat(self.log_posteriors[:, order], starts, axis=1), groups
 
     @cached_property
@@ -283,7 +283,7 @@ def _over_rows(x: Floats, weight: Floats, bias: Floats, stride: tuple[int, int])
 
 
 @lru_cache(maxsize=4)
-def _groups(letters: str) -> tuple[str, Indices, Indices]:
+def group_alike(letters: str) -> tuple[str, Indices, Indices]:
     """The letter that stands for each group of letters that look alike; classes by groups, and where each begins."""
     names = _stand_ins(letters)
     groups = "".join(dict.fromkeys(names))
