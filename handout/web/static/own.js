@@ -3,6 +3,7 @@
 import { blob, fileOf, request, task, upload } from './api.js';
 import { button, choice, field, guarded, h, more, picker, refusal, s, save, say, steps, tick } from './dom.js';
 import * as drafts from './drafts.js';
+import { fromPhone } from './from_phone.js';
 import { lineIn, picture, progress } from './work.js';
 
 const TAKEN = '.png,.jpg,.jpeg,.tif,.tiff,.pdf,.webp,.bmp,.hand';
@@ -10,7 +11,7 @@ const STEPS = ['Print', 'Photograph', 'Look', 'Ten letters', 'Write'];
 const QUESTIONS = 10;
 
 /** A new hand; with `own`, the names of hands that more pages may be added to. */
-function reader(made, own, typed) {
+function reader(made, own, typed, signal) {
   const into = choice(['', ...own], { '': 'a new handwriting', ...Object.fromEntries(own.map((name) => [name, `more of ${name}`])) });
   const free = ['my-hand', ...own.map((_, at) => `my-hand-${at + 2}`)].find((one) => !own.includes(one));
   const name = h('input', { required: true, pattern: '[\\w\\-]{1,80}', title: 'Letters, digits, - and _', autocomplete: 'off', value: free });
@@ -21,35 +22,39 @@ function reader(made, own, typed) {
   const go = h('button', { class: 'main' }, 'Read my handwriting');
   const { line, run } = progress();
   const scans = [], texts = typed.texts || {}; // name of a file → what was typed of it, until it is read
-  const drop = picker('Photographs or scans', 'Drop them here: JPEG, PNG, TIFF or PDF; or a .hand file that was saved.', { multiple: true, accept: TAKEN }, add);
+  const drop = picker('Photographs or scans', 'Drop them here: JPEG, PNG, TIFF or PDF; or a .hand file that was saved.', { multiple: true, accept: TAKEN }, (files) => files.forEach((file) => add(file)));
+  const phone = fromPhone(({ id, name: called, small }) => add({ name: called }, id, small), signal);
 
-  function add(files) {
-    for (const file of files) {
-      const text = h('textarea', { rows: 4, oninput() { texts[file.name] = text.value; keep(); } });
-      text.value = texts[file.name] || '';
-      const scan = { file, text };
-      const box = h('div', { class: 'scan' },
-        h('div', { class: 'row between' }, h('strong', {}, file.name), button('Take away', () => { scans.splice(scans.indexOf(scan), 1); box.remove(); }, false, { 'aria-label': `Take ${file.name} away` })),
-        file.name.endsWith('.hand') ? '' : h('details', { open: Boolean(text.value) }, h('summary', {}, 'Not one of our sheets?'), field('What is written on it, line by line', text)));
-      if (file.name.endsWith('.hand')) name.value = file.name.replace(/\.hand$/, '');
-      scans.push(scan);
-      list.append(box);
-    }
+  /** A file of this computer's, or a photograph that is with the studio already: its number there, and a small picture. */
+  function add(file, id = undefined, small = undefined) {
+    const text = h('textarea', { rows: 4, oninput() { texts[file.name] = text.value; keep(); } });
+    text.value = texts[file.name] || '';
+    const scan = { file, text, id };
+    const takeAway = guarded(wrong, async () => { scans.splice(scans.indexOf(scan), 1); box.remove(); if (id) await request('DELETE', `/api/uploads/${id}`); });
+    const box = h('div', { class: 'scan' },
+      h('div', { class: 'row between' }, h('strong', {}, file.name), button('Take away', takeAway, false, { 'aria-label': `Take ${file.name} away` })), small,
+      file.name.endsWith('.hand') ? '' : h('details', { open: Boolean(text.value) }, h('summary', {}, 'Not one of our sheets?'), field('What is written on it, line by line', text)));
+    if (file.name.endsWith('.hand')) name.value = file.name.replace(/\.hand$/, '');
+    scans.push(scan);
+    list.append(box);
   }
 
   const keep = () => drafts.keep('texts', { texts }, unkept);
 
   async function read(heard, signal) {
-    const ids = [];
+    const ids = [], gone = (id) => request('DELETE', `/api/uploads/${id}`).catch(() => {});
     try {
-      return await readFrom(ids, heard, signal);
+      const done = await readFrom(ids, heard, signal);
+      scans.forEach(({ id }) => id && gone(id)); // the phone's are there until they are read
+      return done;
     } finally {
-      for (const id of ids) request('DELETE', `/api/uploads/${id}`).catch(() => {});
+      ids.filter((sent) => !scans.some(({ id }) => id === sent)).forEach(gone);
     }
   }
 
   async function readFrom(ids, heard, signal) {
-    for (const { file } of scans) {
+    for (const { file, id } of scans) {
+      if (id) { ids.push(id); continue; }
       heard({ share: 0, stage: `sending ${file.name}` });
       ids.push(await upload(file, signal));
     }
@@ -82,7 +87,7 @@ function reader(made, own, typed) {
   into.addEventListener('change', () => { go.textContent = into.value ? 'Read the pages' : 'Read my handwriting'; nameField.hidden = Boolean(into.value); name.required = !into.value; });
   return h('form', { onsubmit: submit, class: 'step', 'aria-label': 'A new handwriting' }, h('h1', {}, 'Photograph what you wrote'),
     h('p', { class: 'quiet' }, 'From above, in daylight, all four corners in the picture; or scan it at 300 dpi. Then give the pictures here.'),
-    drop, list, h('div', { class: 'grid' }, nameField, own.length ? field('They become', into) : ''),
+    drop, phone, list, h('div', { class: 'grid' }, nameField, own.length ? field('They become', into) : ''),
     more('More', h('div', { class: 'grid' }, field('Dots per inch of the scans', dpi)), keeping), wrong, unkept, h('div', { class: 'row' }, go), line);
 }
 
@@ -154,7 +159,7 @@ function askStep(name, onward) {
   return [h('h1', {}, 'Do these letters read well?'), h('p', { class: 'quiet' }, 'Each row is a letter of yours: as it stands on your page, then in words that were written with it, an orange mark below it. Press where you would not read it as that letter; leave the others.'), line, place, wrong, h('div', { class: 'row onward' }, skip)];
 }
 
-export async function show(main, shared) {
+export async function show(main, shared, [asked] = []) {
   const draft = { step: 0, hand: '', ...await drafts.kept('own') }, texts = await drafts.kept('texts');
   const wrong = refusal(), head = h('div', {}), body = h('section', { class: 'flow-body step' });
   const own = () => shared.choices.hands.filter((hand) => hand.own).map((hand) => hand.name);
@@ -167,7 +172,10 @@ export async function show(main, shared) {
     return [h('h1', {}, 'Write in your hand'), lineIn(draft.hand, 'A line', run, async () => {}, (error) => { wrong.textContent = error?.message || ''; }), line,
       h('div', { class: 'row' }, h('a', { class: 'button', href: `#write/${encodeURIComponent(draft.hand)}` }, 'Write a letter in it'), h('a', { class: 'button', href: '#table' }, 'Letters from a table'), onward('Add more sheets', 0))];
   }
+  let shown = new AbortController(); // the step that is shown
   function draw() {
+    shown.abort();
+    shown = new AbortController();
     const named = own().includes(draft.hand), at = named ? draft.step : Math.min(draft.step, 1);
     head.replaceChildren(steps(STEPS, at, named ? STEPS.length : 2, go));
     const picked = choice(['', ...own()], { '': 'a new one' });
@@ -175,10 +183,12 @@ export async function show(main, shared) {
     picked.addEventListener('change', () => { Object.assign(draft, { hand: picked.value, said: [] }); go(picked.value ? Math.max(at, 2) : 0); });
     body.replaceChildren(...[
       () => [sheets(shared.choices.hands.filter((hand) => hand.own), { printed: Boolean(draft.printed), written: () => keep({ printed: true }) }, onward)],
-      () => [reader(read, own(), texts)],
+      () => [reader(read, own(), texts, shown.signal)],
       () => lookStep(draft.hand, draft.said || [], onward), () => askStep(draft.hand, onward), writeStep,
     ][at](), wrong, own().length ? h('div', { class: 'which' }, field('Which handwriting', picked)) : '');
   }
   main.append(h('div', { class: 'flow' }, head, body));
-  draw();
+  history.replaceState(null, '', '#own');
+  if (asked) go(Number(asked) || 0); else draw();
+  return () => shown.abort();
 }
