@@ -132,6 +132,10 @@ def states(page, home):
     at("calibration")
     yield "calibration-empty"
     at("calibration/sim/white")
+    page.get_by_text(" of 6: ").wait_for()
+    if (afresh := page.get_by_role("button", name="Start afresh")).count():  # begun in another size or theme
+        afresh.click()
+        page.get_by_text("1 of 6: ").wait_for()
     press(page, "Let the simulated printer")
     page.get_by_role("button", name="Let the simulated scanner").wait_for()
     yield "calibration-step"
