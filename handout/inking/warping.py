@@ -32,6 +32,7 @@ _FAINT = 0.15  # opacity of ink that two specks are joined by
 _APART = 3.0  # pixels of the picture between neighbouring movements, above which they are not averaged
 _ROW = 256  # pixels that are sampled in one row
 _GHOST = 2.0  # pixels by which ink may lie further from its line on the page than in the picture
+_SIXTEEN = np.ones((4, 4), np.uint8)
 
 _Pixels = NDArray[np.float32]
 
@@ -65,9 +66,8 @@ def warp(
     near, band = _nearest(line, window, np.where(line.loose & lone, _ROUND, reach))
     rgba = np.zeros((*near.shape, 4), dtype=np.float32)
     if len(band.at):
-        rgba.reshape(-1, 4)[band.at] = (
-            _pieces(line, band, source) if lone else _sample_ink(line, band, source, ink.graph.uv)
-        )
+        at, laid = _pieces(line, band, source) if lone else _sample_ink(line, band, source, ink.graph.uv)
+        rgba.reshape(-1, 4)[at] = laid
     left, top = window[0] // finer, window[1] // finer
     xy = np.stack([line.at.real, line.at.imag], axis=1)
     layer = GlyphLayer(rgba, near, (left, top), xy, line.radius, line.twice, line.loose)
@@ -116,6 +116,11 @@ class _Band:
     vertex: NDArray[np.intp]
     beyond: _Pixels
 
+    def take(self, some: NDArray[np.intp]) -> _Band:
+        """Some of its pixels."""
+        parts = (part.take(some) for part in (self.at, self.x, self.y, self.vertex, self.beyond))
+        return _Band(self.origin, self.shape, *parts)
+
     def window(self, values: NDArray[Any], elsewhere: float = 0.0) -> NDArray[Any]:
         """(h, w, …): values (m, …) in their window."""
         whole = np.full((self.shape[0] * self.shape[1], *values.shape[1:]), elsewhere, dtype=values.dtype)
@@ -163,20 +168,33 @@ def nearest(at: NDArray[np.complex128], shape: tuple[int, int]) -> NDArray[np.in
     return np.asarray(number[label])
 
 
-def _sample_ink(line: Course, band: _Band, source: InkSource, uv: NDArray[np.float64]) -> _Pixels:
-    """(m, 4) ink of a band, premultiplied."""
+def _sample_ink(
+    line: Course, band: _Band, source: InkSource, uv: NDArray[np.float64]
+) -> tuple[NDArray[np.intp], _Pixels]:
+    """(k,) flat indices of the pixels of a band that may have ink, and (k, 4) the ink, premultiplied: sharp, but never
+    darker nor lighter than the pixels around."""
+    import cv2
+
     goal = complex(np.round(line.uv[0]))
     x, y, bent = _trace_back(line, band, goal)
     left, top = int(x.min()) - _PAD, int(y.min()) - _PAD
     width, height = int(x.max()) + _PAD + 2 - left, int(y.max()) + _PAD + 2 - top
     corner = (left + int(goal.real), top + int(goal.imag))
     patch = source.patch((*corner, corner[0] + width, corner[1] + height), uv)
-    x, y = x - left, y - top
-    rgba = _cubic(patch, *(_single(np.rint(part * _PARTS) / _PARTS) for part in (x, y)))
+    back = np.stack([x - left, y - top])
+    place = np.rint(back * _PARTS) / _PARTS
+    # greatest and least of the sixteen pixels around, kept at the one to the upper left
+    x, y = place.astype(np.intp)
+    most, least = (limit(patch, _SIXTEEN, anchor=(1, 1)).reshape(-1, 4) for limit in (cv2.dilate, cv2.erode))
+    around = y * width + x
+    some = np.flatnonzero(most[:, 3].take(around))
+    band, back, place, around = band.take(some), back.take(some, axis=1), place.take(some, axis=1), around.take(some)
+    ink = np.clip(_remap(patch, *place), least.take(around, axis=0), most.take(around, axis=0))
+    np.minimum(ink, ink[:, 3:], out=ink)
     if bent:
-        rgba *= _unghost(line, band, (x, y), complex(*corner), patch.shape[:2])[:, None]
-        rgba[_specks(band.window(rgba[:, 3]), band.at[band.beyond <= 0]).ravel()[band.at]] = 0
-    return rgba
+        ink *= _unghost(line, band, back, complex(*corner), patch.shape[:2])[:, None]
+        ink[_specks(band.window(ink[:, 3]), band.at[band.beyond <= 0]).ravel().take(band.at)] = 0
+    return band.at, ink
 
 
 def _specks(alpha: _Pixels, on: NDArray[np.intp]) -> NDArray[np.bool_]:
@@ -190,8 +208,8 @@ def _specks(alpha: _Pixels, on: NDArray[np.intp]) -> NDArray[np.bool_]:
     return np.asarray(cv2.dilate(on_line[label], np.ones((5, 5), np.uint8)) == 0)
 
 
-def _pieces(line: Course, band: _Band, source: InkSource) -> _Pixels:
-    """(m, 4) ink of a band, premultiplied, for a line of clear pieces from anywhere in the picture."""
+def _pieces(line: Course, band: _Band, source: InkSource) -> tuple[NDArray[np.intp], _Pixels]:
+    """The same for a line of clear pieces from anywhere in the picture."""
     corner = complex(*source.page.texture.corner)
     x, y = _move_pixels(line.movement(band.origin, corner).take(band.vertex, axis=1), band)
     # beside the line only CLEAR mm are known to be free of other lines
@@ -200,7 +218,7 @@ def _pieces(line: Course, band: _Band, source: InkSource) -> _Pixels:
     x[away > CLEAR / source.page.pixel] = -_PAD
     rgba = _remap(source.premultiplied_ink, x, y) / np.float32(255)
     rgba *= np.where(line.loose[band.vertex], np.clip(_ROUND - band.beyond, 0, 1), 1)[:, None]
-    return np.asarray(np.minimum(rgba, rgba[:, 3:]), dtype=np.float32)
+    return band.at, np.minimum(rgba, rgba[:, 3:], out=rgba)
 
 
 def _remap(picture: NDArray[Any], x: _Pixels, y: _Pixels) -> _Pixels:
@@ -213,21 +231,6 @@ def _remap(picture: NDArray[Any], x: _Pixels, y: _Pixels) -> _Pixels:
     right, down = places.reshape(2, rows, _ROW)
     found = np.asarray(cv2.remap(picture, right, down, cv2.INTER_CUBIC, borderMode=cv2.BORDER_CONSTANT))
     return np.asarray(found.reshape(-1, 4)[: len(x)], dtype=np.float32)
-
-
-def _cubic(patch: _Pixels, x: _Pixels, y: _Pixels) -> _Pixels:
-    """(m, 4) ink interpolated between pixels, sharp, but never darker nor lighter than the pixels around."""
-    import cv2
-
-    ink = _remap(patch, x, y)
-    left, top = np.floor(x), np.floor(y)
-    if (x == left).all() and (y == top).all():
-        return ink
-    kernel, at = np.ones((4, 4), np.uint8), top.astype(np.intp) * patch.shape[1] + left.astype(np.intp)
-    # least and greatest of the sixteen pixels around, kept at the one to the upper left
-    for limit, around in ((np.maximum, cv2.erode), (np.minimum, cv2.dilate)):
-        limit(ink, around(patch, kernel, anchor=(1, 1)).reshape(-1, 4).take(at, axis=0), out=ink)
-    return np.minimum(ink, ink[:, 3:], out=ink)
 
 
 def _move_pixels(movement: Iterable[_Pixels], band: _Band) -> tuple[_Pixels, _Pixels]:
@@ -275,7 +278,7 @@ def _fit_movement(line: Course, origin: complex, goal: complex) -> _Pixels:
     return movements(np.array([target - goal + turn * away + mirror * np.conj(away)]), turn, mirror)[:, 0]
 
 
-def _unghost(line: Course, band: _Band, back: tuple[_Pixels, _Pixels], corner: complex, shape: Any) -> _Pixels:
+def _unghost(line: Course, band: _Band, back: _Pixels, corner: complex, shape: Any) -> _Pixels:
     """(m,) 0–1: 1 where ink is no further from its own line on the page than it was in the picture, falling to 0.
 
     Where two lines of a glyph are drawn further apart, each would otherwise bring a copy of the other along.
