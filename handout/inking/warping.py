@@ -9,7 +9,7 @@ Source: seed 000, §6.5 (there quad strips, which overlap where a line bends).
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -17,9 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.inking.layers import GlyphLayer
-from handout.inking.source import Course, InkSource, course, movements
+from handout.inking.source import Course, InkSource, courses, movements
 from handout.inking.swatches import CLEAR
-from handout.values import Ink
+from handout.values import Array, Ink
 
 MARGIN = 0.51  # mm of picture around the line, 12 pixels at 600 dpi: with 8 the tips of sharp turns are lost
 _COARSE = 1.3  # pixels of the picture in one of the page, above which several are averaged
@@ -38,40 +38,52 @@ _Pixels = NDArray[np.float32]
 
 
 def warp(
-    ink: Ink, source: InkSource, dpi: float, shape: tuple[int, int], *, margin: float = MARGIN
-) -> GlyphLayer | None:
-    """The ink of a glyph on a page of `shape` (height, width) pixels; None where it lies outside.
+    inks: Sequence[Ink],
+    sources: Mapping[int, InkSource],
+    dpi: float,
+    shape: tuple[int, int],
+    *,
+    margin: float = MARGIN,
+) -> Iterator[GlyphLayer | None]:
+    """The ink of each glyph on a page of `shape` (height, width) pixels; None where it lies outside.
 
     Parameters
     ----------
-    ink : Ink
+    inks : sequence of Ink
         A line with a negative `number` is put together from clear pieces: all ink around it is taken with it.
-    source : Source
-        The page of the hand that the ink comes from.
+    sources : mapping of `Ink.source` to Source
+        The pages of the hand that the ink comes from.
     margin : float
         mm of the page around the line within which the picture is taken.
     """
+    found: dict[int, tuple[Array, NDArray[np.intp]]] = {}
+    for number in {ink.source for ink in inks}:
+        some = [k for k, ink in enumerate(inks) if ink.source == number]
+        found |= zip(some, sources[number].own_vertices([inks[k].graph.uv for k in some]), strict=True)
+    radii, own = zip(*(found[k] for k in range(len(inks))), strict=True)
     # how many times finer than the page the ink is drawn, so that no pixel of the picture is skipped
-    graph, finer = ink.graph, 1
-    if len(graph):
-        ratio = float(np.median(source.radius_at(graph.uv) / np.maximum(graph.radius * dpi / 25.4, 1e-9)))
-        finer = int(np.clip(np.ceil(ratio), 1, _MOST_FINER)) if ratio > _COARSE else 1
-    line = course(ink, source, dpi / 25.4 * finer)
-    lone = ink.number < 0
-    reach = (min(margin, CLEAR) if lone else margin) * dpi / 25.4 * finer
-    window = _window(line, reach, (shape[0] * finer, shape[1] * finer), finer)
-    if window is None:
-        return None
-    # a piece from the middle of a line would go on past its end: it is cut off round there
-    near, band = _nearest(line, window, np.where(line.loose & lone, _ROUND, reach))
-    rgba = np.zeros((*near.shape, 4), dtype=np.float32)
-    if len(band.at):
-        at, laid = _pieces(line, band, source) if lone else _sample_ink(line, band, source, ink.graph.uv)
-        rgba.reshape(-1, 4)[at] = laid
-    left, top = window[0] // finer, window[1] // finer
-    xy = np.stack([line.at.real, line.at.imag], axis=1)
-    layer = GlyphLayer(rgba, near, (left, top), xy, line.radius, line.twice, line.loose)
-    return layer if finer == 1 else _downsample(layer, finer)
+    ratios = [
+        float(np.median(radius / np.maximum(ink.graph.radius * dpi / 25.4, 1e-9))) if len(radius) else 1.0
+        for ink, radius in zip(inks, radii, strict=True)
+    ]
+    finer = [int(np.clip(np.ceil(ratio), 1, _MOST_FINER)) if ratio > _COARSE else 1 for ratio in ratios]
+    lines = courses(inks, radii, [dpi / 25.4 * times for times in finer])
+    for ink, line, times, vertices in zip(inks, lines, finer, own, strict=True):
+        source, lone = sources[ink.source], ink.number < 0
+        reach = (min(margin, CLEAR) if lone else margin) * dpi / 25.4 * times
+        window = _window(line, reach, (shape[0] * times, shape[1] * times), times)
+        if window is None:
+            yield None
+            continue
+        # a piece from the middle of a line would go on past its end: it is cut off round there
+        near, band = _nearest(line, window, np.where(line.loose & lone, _ROUND, reach))
+        rgba = np.zeros((*near.shape, 4), dtype=np.float32)
+        if len(band.at):
+            at, laid = _pieces(line, band, source) if lone else _sample_ink(line, band, source, vertices)
+            rgba.reshape(-1, 4)[at] = laid
+        corner, xy = (window[0] // times, window[1] // times), np.stack([line.at.real, line.at.imag], axis=1)
+        layer = GlyphLayer(rgba, near, corner, xy, line.radius, line.twice, line.loose)
+        yield layer if times == 1 else _downsample(layer, times)
 
 
 def _downsample(layer: GlyphLayer, finer: int) -> GlyphLayer:
@@ -169,7 +181,7 @@ def nearest(at: NDArray[np.complex128], shape: tuple[int, int]) -> NDArray[np.in
 
 
 def _sample_ink(
-    line: Course, band: _Band, source: InkSource, uv: NDArray[np.float64]
+    line: Course, band: _Band, source: InkSource, own: NDArray[np.intp]
 ) -> tuple[NDArray[np.intp], _Pixels]:
     """(k,) flat indices of the pixels of a band that may have ink, and (k, 4) the ink, premultiplied: sharp, but never
     darker nor lighter than the pixels around."""
@@ -180,7 +192,7 @@ def _sample_ink(
     left, top = int(x.min()) - _PAD, int(y.min()) - _PAD
     width, height = int(x.max()) + _PAD + 2 - left, int(y.max()) + _PAD + 2 - top
     corner = (left + int(goal.real), top + int(goal.imag))
-    patch = source.patch((*corner, corner[0] + width, corner[1] + height), uv)
+    patch = source.patch((*corner, corner[0] + width, corner[1] + height), own)
     back = np.stack([x - left, y - top])
     place = np.rint(back * _PARTS) / _PARTS
     # greatest and least of the sixteen pixels around, kept at the one to the upper left
