@@ -8,17 +8,13 @@ Source: seed 000, §6.5; Kwatra, Schödl, Essa, Turk & Bobick 2003, Graphcut tex
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from handout.scanning.graph_cut import minimum_cut
 from handout.values import Array
-
-if TYPE_CHECKING:
-    from scipy.spatial import cKDTree
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,13 +37,6 @@ class GlyphLayer:
     radius: Array
     twice: NDArray[np.complex128]
     loose: NDArray[np.bool_]
-
-    @cached_property
-    def tree(self) -> cKDTree:
-        """Of its vertices."""
-        from scipy.spatial import cKDTree
-
-        return cKDTree(self.xy)
 
     def view(self, window: tuple[int, int, int, int]) -> tuple[NDArray[np.float32], NDArray[np.int32]]:
         """Ink and nearest vertices in a window (left, top, right, bottom) of the page that lies within the layer."""
@@ -145,8 +134,10 @@ def _grow_mask(mask: _Mask) -> _Mask:
 
 def _shared_vertices(layer: GlyphLayer, other: GlyphLayer) -> _Mask:
     """Vertices (n,) of a layer that lie on the other's line."""
+    from scipy.spatial import cKDTree
+
     reach = np.maximum(_NEAR, _OF_RADIUS * layer.radius)
-    away, at = other.tree.query(layer.xy, distance_upper_bound=float(reach.max()))
+    away, at = cKDTree(other.xy).query(layer.xy, distance_upper_bound=float(reach.max()))
     near = away <= reach
     at = np.where(near, at, 0)
     cosine = (layer.twice * np.conj(other.twice[at])).real

@@ -65,10 +65,9 @@ class InkSource:
         return ink
 
     def own_vertices(self, lines: Sequence[Array]) -> Iterator[tuple[Array, NDArray[np.intp]]]:
-        """For every line of places (n, 2) on the picture's: its radius (n,) there, pixels, and the page's vertices on it."""
+        """For each line of places (n, 2): its radius (n,) there, pixels, and the page's vertices on it."""
         away, at = self._tree.query(np.concatenate(lines))
-        radius = np.append(self.radius, 1.0)  # of a page without any
-        end = 0
+        radius, end = np.append(self.radius, 1.0), 0  # 1 for a page without any
         for line in lines:
             part = np.s_[end : (end := end + len(line))]
             yield radius[at[part]], at[part][away[part] < _OWN]
@@ -81,10 +80,16 @@ class InkSource:
         box : (left, top, right, bottom), pixels; outside the picture there is no ink.
         own : (n,) int: the page's vertices on the line; ink nearer to another line of the page is left out.
         """
+        left, top, right, bottom = box
+        order, x = self._by_x
+        near = order[np.searchsorted(x, left, side="right") : np.searchsorted(x, right - 1)]
+        y = self.page.graph.uv[near, 1]
+        on_line = np.zeros(len(self.radius), dtype=bool)
+        on_line[own] = True
+        others = near[(y > top) & (y < bottom - 1) & ~on_line[near]]
         ink = self._cut_box(box)
-        mine, others = self._vertices(box, own)
         if len(others):
-            ink *= self._find_own_share(box, mine, others)[:, :, None]
+            ink *= self._find_own_share(box, on_line, others)[:, :, None]
         return ink
 
     def _cut_box(self, box: Box) -> _Pixels:
@@ -100,17 +105,7 @@ class InkSource:
             ink[y0 - top : y1 - top, x0 - left : x1 - left] = part
         return ink
 
-    def _vertices(self, box: Box, own_vertices: NDArray[np.intp]) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-        """Numbers of the page's vertices in a box: those on the line, and the others."""
-        own = np.zeros(len(self.radius), dtype=bool)
-        own[own_vertices] = True
-        left, top, right, bottom = box
-        order, x = self._by_x
-        near = order[np.searchsorted(x, left, side="right") : np.searchsorted(x, right - 1)]
-        y = self.page.graph.uv[near, 1]
-        return np.flatnonzero(own), near[(y > top) & (y < bottom - 1) & ~own[near]]
-
-    def _find_own_share(self, box: Box, mine: NDArray[np.intp], others: NDArray[np.intp]) -> _Pixels:
+    def _find_own_share(self, box: Box, on_line: NDArray[np.bool_], others: NDArray[np.intp]) -> _Pixels:
         """(h, w) 0–1: 1 at pixels nearer to the glyph's line than to other lines, with a soft edge around them.
 
         Where the line goes on into another letter it is cut off round, as a pen's line ends.
@@ -121,6 +116,7 @@ class InkSource:
         corner = np.array(box[:2])
         owner = np.ones(size, dtype=np.uint8)
         number = np.zeros(size, dtype=np.int32)
+        mine = np.flatnonzero(on_line)
         every = np.concatenate([others, mine])
         u, v = np.clip(np.rint(self.page.graph.uv[every] - corner).astype(np.intp), 0, np.array(size[::-1]) - 1).T
         owner[v, u], number[v, u] = 0, np.arange(len(every))
@@ -129,8 +125,6 @@ class InkSource:
         own[label[v, u]] = number[v, u] >= len(others)
         share = np.asarray(own[label])
         # the glyph's vertices from which the line goes on into another letter
-        on_line = np.zeros(len(self.radius), dtype=bool)
-        on_line[mine] = True
         first, neighbours = self._neighbours
         count = first[mine + 1] - first[mine]
         position = np.repeat(first[mine] - (np.cumsum(count) - count), count) + np.arange(count.sum())
@@ -205,20 +199,14 @@ def movements(start: _Complex, turn: _Complex, mirror: _Complex) -> _Pixels:
 
 
 def courses(inks: Sequence[Ink], source_radius: Sequence[Array], scales: Sequence[float]) -> list[Course]:
-    """The courses of glyphs on a page, worked out together.
-
-    Parameters
-    ----------
-    source_radius : for each, the radius (n,) of the line in the picture, pixels.
-    scales : for each, pixels of the page a mm.
-    """
+    """The courses of glyphs; for each the radius (n,) of its line in the picture, and pixels of the page a mm."""
     from scipy.sparse import csr_matrix
 
     sizes = np.array([len(ink.graph) for ink in inks])
     glyph, first = np.repeat(np.arange(len(inks)), sizes), np.cumsum(sizes) - sizes
     xy, uv, radius = (np.concatenate([getattr(ink.graph, part) for ink in inks]) for part in ("xy", "uv", "radius"))
-    scale, count = np.asarray(scales, dtype=np.float64)[glyph], len(xy)
-    at, uv = _plane(xy) * scale - 0.5 * (1 + 1j), _plane(uv)
+    scale, count = np.array(scales)[glyph], len(xy)
+    at, uv, radius = _plane(xy) * scale - 0.5 * (1 + 1j), _plane(uv), radius * scale
     a, b = np.concatenate([ink.graph.edges + start for ink, start in zip(inks, first, strict=True)]).T
     step, cut = at[b] - at[a], uv[b] - uv[a]
     # a matrix that gives every vertex the mean of itself and its neighbours
@@ -240,7 +228,6 @@ def courses(inks: Sequence[Ink], source_radius: Sequence[Array], scales: Sequenc
         sum_around(values)
         for values in (np.abs(step) ** 2 + 0j, np.conj(step) * cut, np.abs(step) * np.abs(cut) + 0j, step**2)
     )
-    radius = radius * scale
     columns = [part for values in (step_square, narrow, length, direction) for part in (values.real, values.imag)]
     smooth = np.stack([*columns, np.concatenate(source_radius), radius], axis=1)
     for _ in range(_SMOOTH):
@@ -272,10 +259,7 @@ def _plane(xy: NDArray[np.float64]) -> _Complex:
 def _finer(
     line: Course, glyph: NDArray[np.intp], glyphs: int, a: NDArray[np.intp], b: NDArray[np.intp], length: Array
 ) -> list[Course]:
-    """The course of each glyph, with vertices between those that lie far apart.
-
-    line : of all; glyph : (n,) int: of which a vertex is; a, b : (m,) int: ends of edges; length : (m,) float of them.
-    """
+    """The course of each glyph, from that of all vertices (n,), with vertices where edges (m,) are long."""
     more = np.maximum(np.ceil(length / _STEP).astype(np.intp) - 1, 0)
     edge = np.repeat(np.arange(len(more)), more)
     part = (np.arange(len(edge)) - np.repeat(np.cumsum(more) - more, more) + 1) / (more[edge] + 1)
@@ -288,5 +272,5 @@ def _finer(
         return np.split(np.concatenate([values, values[a] * (1 - part) + values[b] * part])[order], ends)
 
     parts = (line.at, line.uv, line.radius, line.turn, line.width, line.twice)
-    loose = np.concatenate([line.loose, np.zeros(len(edge), dtype=bool)])[order]
-    return [Course(*each) for each in zip(*map(append_between, parts), np.split(loose, ends), strict=True)]
+    loose = np.split(np.append(line.loose, np.zeros(len(edge), dtype=bool))[order], ends)
+    return [Course(*each) for each in zip(*map(append_between, parts), loose, strict=True)]

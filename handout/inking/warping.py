@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from handout.inking.layers import GlyphLayer
 from handout.inking.source import Course, InkSource, courses, movements
 from handout.inking.swatches import CLEAR
-from handout.values import Array, Ink
+from handout.values import Array, Indices, Ink
 
 MARGIN = 0.51  # mm of picture around the line, 12 pixels at 600 dpi: with 8 the tips of sharp turns are lost
 _COARSE = 1.3  # pixels of the picture in one of the page, above which several are averaged
@@ -38,12 +38,7 @@ _Pixels = NDArray[np.float32]
 
 
 def warp(
-    inks: Sequence[Ink],
-    sources: Mapping[int, InkSource],
-    dpi: float,
-    shape: tuple[int, int],
-    *,
-    margin: float = MARGIN,
+    inks: Sequence[Ink], sources: Mapping[int, InkSource], dpi: float, shape: tuple[int, int], *, margin: float = MARGIN
 ) -> Iterator[GlyphLayer | None]:
     """The ink of each glyph on a page of `shape` (height, width) pixels; None where it lies outside.
 
@@ -56,7 +51,7 @@ def warp(
     margin : float
         mm of the page around the line within which the picture is taken.
     """
-    found: dict[int, tuple[Array, NDArray[np.intp]]] = {}
+    found: dict[int, tuple[Array, Indices]] = {}
     for number in {ink.source for ink in inks}:
         some = [k for k, ink in enumerate(inks) if ink.source == number]
         found |= zip(some, sources[number].own_vertices([inks[k].graph.uv for k in some]), strict=True)
@@ -128,11 +123,6 @@ class _Band:
     vertex: NDArray[np.intp]
     beyond: _Pixels
 
-    def take(self, some: NDArray[np.intp]) -> _Band:
-        """Some of its pixels."""
-        parts = (part.take(some) for part in (self.at, self.x, self.y, self.vertex, self.beyond))
-        return _Band(self.origin, self.shape, *parts)
-
     def window(self, values: NDArray[Any], elsewhere: float = 0.0) -> NDArray[Any]:
         """(h, w, …): values (m, …) in their window."""
         whole = np.full((self.shape[0] * self.shape[1], *values.shape[1:]), elsewhere, dtype=values.dtype)
@@ -180,9 +170,7 @@ def nearest(at: NDArray[np.complex128], shape: tuple[int, int]) -> NDArray[np.in
     return np.asarray(number[label])
 
 
-def _sample_ink(
-    line: Course, band: _Band, source: InkSource, own: NDArray[np.intp]
-) -> tuple[NDArray[np.intp], _Pixels]:
+def _sample_ink(line: Course, band: _Band, source: InkSource, own: Indices) -> tuple[Indices, _Pixels]:
     """(k,) flat indices of the pixels of a band that may have ink, and (k, 4) the ink, premultiplied: sharp, but never
     darker nor lighter than the pixels around."""
     import cv2
@@ -200,7 +188,8 @@ def _sample_ink(
     most, least = (limit(patch, _SIXTEEN, anchor=(1, 1)).reshape(-1, 4) for limit in (cv2.dilate, cv2.erode))
     around = y * width + x
     some = np.flatnonzero(most[:, 3].take(around))
-    band, back, place, around = band.take(some), back.take(some, axis=1), place.take(some, axis=1), around.take(some)
+    parts = {name: getattr(band, name).take(some) for name in ("at", "x", "y", "vertex", "beyond")}
+    band, back, place, around = replace(band, **parts), back[:, some], place[:, some], around[some]
     ink = np.clip(_remap(patch, *place), least.take(around, axis=0), most.take(around, axis=0))
     np.minimum(ink, ink[:, 3:], out=ink)
     if bent:
@@ -220,7 +209,7 @@ def _specks(alpha: _Pixels, on: NDArray[np.intp]) -> NDArray[np.bool_]:
     return np.asarray(cv2.dilate(on_line[label], np.ones((5, 5), np.uint8)) == 0)
 
 
-def _pieces(line: Course, band: _Band, source: InkSource) -> tuple[NDArray[np.intp], _Pixels]:
+def _pieces(line: Course, band: _Band, source: InkSource) -> tuple[Indices, _Pixels]:
     """The same for a line of clear pieces from anywhere in the picture."""
     corner = complex(*source.page.texture.corner)
     x, y = _move_pixels(line.movement(band.origin, corner).take(band.vertex, axis=1), band)

@@ -178,11 +178,9 @@ def _cut_tied(whole: NDArray[np.int32], a: Indices, b: Indices, walls: NDArray[n
         return np.zeros(count, dtype=bool)
     source, sink = count, count + 1
     # every edge with one that leads back, so that what flows has the edges of the graph in its order
-    first = np.concatenate([a, np.full(len(gain), source), loss])
-    second = np.concatenate([b, gain, np.full(len(loss), sink)])
+    ends = np.concatenate([a, np.full(len(gain), source), loss]), np.concatenate([b, gain, np.full(len(loss), sink)])
     capacity = np.concatenate([walls, -whole[gain], whole[loss], walls, np.zeros(len(gain) + len(loss), np.int32)])
-    ends = np.concatenate([first, second]), np.concatenate([second, first])
-    left = csr_matrix((capacity, ends), shape=(count + 2, count + 2))
+    left = csr_matrix((capacity, tuple(map(np.concatenate, (ends, ends[::-1])))), shape=(count + 2, count + 2))
     left.data -= maximum_flow(left, source, sink).flow.data
     left.eliminate_zeros()
     reached = np.zeros(count + 2, dtype=bool)
