@@ -57,11 +57,11 @@ def warp(
         found |= zip(some, sources[number].own_vertices([inks[k].graph.uv for k in some]), strict=True)
     radii, own = zip(*(found[k] for k in range(len(inks))), strict=True)
     # how many times finer than the page the ink is drawn, so that no pixel of the picture is skipped
-    ratios = [
-        float(np.median(radius / np.maximum(ink.graph.radius * dpi / 25.4, 1e-9))) if len(radius) else 1.0
-        for ink, radius in zip(inks, radii, strict=True)
-    ]
-    finer = [int(np.clip(np.ceil(ratio), 1, _MOST_FINER)) if ratio > _COARSE else 1 for ratio in ratios]
+    ratios = np.ones(len(inks))
+    for k, (ink, radius) in enumerate(zip(inks, radii, strict=True)):
+        if len(radius):
+            ratios[k] = np.median(radius / np.maximum(ink.graph.radius * dpi / 25.4, 1e-9))
+    finer = np.where(ratios > _COARSE, np.ceil(np.clip(ratios, 1, _MOST_FINER)), 1).astype(int).tolist()
     lines = courses(inks, radii, [dpi / 25.4 * times for times in finer])
     for ink, line, times, vertices in zip(inks, lines, finer, own, strict=True):
         source, lone = sources[ink.source], ink.number < 0
