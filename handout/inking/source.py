@@ -6,7 +6,7 @@ for every vertex of a line, how its surroundings are turned and stretched; a `Co
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, Any
@@ -35,7 +35,7 @@ class InkSource:
         self.radius: Array = page.graph.radius / page.pixel
 
     @cached_property
-    def _tree(self) -> cKDTree:
+    def tree(self) -> cKDTree:
         from scipy.spatial import cKDTree
 
         return cKDTree(self.page.graph.uv)
@@ -63,14 +63,6 @@ class InkSource:
         for k in range(3):
             ink[:, :, k] = (ink[:, :, k] * alpha + 127) // 255
         return ink
-
-    def own_vertices(self, lines: Sequence[Array]) -> Iterator[tuple[Array, NDArray[np.intp]]]:
-        """For each line of places (n, 2): its radius (n,) there, pixels, and the page's vertices on it."""
-        away, at = self._tree.query(np.concatenate(lines))
-        radius, end = np.append(self.radius, 1.0), 0  # 1 for a page without any
-        for line in lines:
-            part = np.s_[end : (end := end + len(line))]
-            yield radius[at[part]], at[part][away[part] < _OWN]
 
     def patch(self, box: Box, own: NDArray[np.intp]) -> _Pixels:
         """(h, w, 4) float32, premultiplied: ink of a part of the picture.
@@ -138,6 +130,19 @@ class InkSource:
             away = np.hypot(right + left - x, down + top - y)
             np.maximum(part, np.clip((radius + _RIM - away) / (2 * _RIM), 0, 1), out=part, casting="same_kind")
         return np.asarray(np.maximum(share, cv2.blur(share, (3, 3))), dtype=np.float32)
+
+
+def own_vertices(inks: Sequence[Ink], sources: Mapping[int, InkSource]) -> list[tuple[Array, NDArray[np.intp]]]:
+    """For each ink the radius (n,) of its line in the picture, pixels, and the page's vertices on it."""
+    found = {}
+    for number in {ink.source for ink in inks}:
+        some = [k for k, ink in enumerate(inks) if ink.source == number]
+        away, at = sources[number].tree.query(np.concatenate([inks[k].graph.uv for k in some]))
+        radius, end = np.append(sources[number].radius, 1.0), 0  # 1 for a page without any
+        for k in some:
+            part = np.s_[end : (end := end + len(inks[k].graph))]
+            found[k] = radius[at[part]], at[part][away[part] < _OWN]
+    return [found[k] for k in range(len(inks))]
 
 
 @lru_cache(maxsize=8)

@@ -17,9 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.inking.layers import GlyphLayer
-from handout.inking.source import Course, InkSource, courses, movements
+from handout.inking.source import Course, InkSource, courses, movements, own_vertices
 from handout.inking.swatches import CLEAR
-from handout.values import Array, Indices, Ink
+from handout.values import Indices, Ink
 
 MARGIN = 0.51  # mm of picture around the line, 12 pixels at 600 dpi: with 8 the tips of sharp turns are lost
 _COARSE = 1.3  # pixels of the picture in one of the page, above which several are averaged
@@ -51,11 +51,7 @@ def warp(
     margin : float
         mm of the page around the line within which the picture is taken.
     """
-    found: dict[int, tuple[Array, Indices]] = {}
-    for number in {ink.source for ink in inks}:
-        some = [k for k, ink in enumerate(inks) if ink.source == number]
-        found |= zip(some, sources[number].own_vertices([inks[k].graph.uv for k in some]), strict=True)
-    radii, own = zip(*(found[k] for k in range(len(inks))), strict=True)
+    radii, own = zip(*own_vertices(inks, sources), strict=True)
     # how many times finer than the page the ink is drawn, so that no pixel of the picture is skipped
     ratios = np.ones(len(inks))
     for k, (ink, radius) in enumerate(zip(inks, radii, strict=True)):
