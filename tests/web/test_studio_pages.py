@@ -42,20 +42,20 @@ def test_a_text_is_written_changed_watched_and_downloaded(page):
     page.get_by_label("Text", exact=True).fill("Dear Ada, here is a card")
     page.locator("details.more").evaluate("part => part.open = true")
     page.get_by_label("Number of the version", exact=True).fill("4")
-    page.locator(".told", has_text=re.compile("version 4$")).wait_for()
+    page.locator(".told p", has_text=re.compile("version 4$")).wait_for()
     first = page.locator(".sheet path.stroke").first.get_attribute("d")
     assert axe(page) == []
     page.get_by_role("button", name="Write it another way").click()
-    page.locator(".told", has_text=re.compile("version 4$")).wait_for(state="detached")
+    page.locator(".told p", has_text=re.compile("version 4$")).wait_for(state="detached")
     page.get_by_label("Number of the version", exact=True).fill("4")
-    page.locator(".told", has_text=re.compile("version 4$")).wait_for()
+    page.locator(".told p", has_text=re.compile("version 4$")).wait_for()
     assert page.locator(".sheet path.stroke").first.get_attribute("d") == first
-    page.get_by_label("Hand", exact=True).select_option("house-print")
+    page.get_by_label("Handwriting", exact=True).select_option("house-print")
     page.wait_for_selector(f'.sheet svg:not(:has(path.stroke[d="{first}"])) path.stroke')
-    page.get_by_label("Speed").select_option("20")
     watch = page.get_by_role("button", name="Watch it written")
     watch.evaluate(NOTED)  # a busy computer may look again only after it has ended
     watch.click()
+    page.get_by_label("Speed").select_option("20")  # while it is watched
     page.locator('[data-said="Stop,Watch it written"]').wait_for()
     page.get_by_role("button", name="Make …").click()
     assert axe(page) == []
@@ -85,7 +85,7 @@ def test_the_page_that_is_typed_on_is_written_first_and_all_when_typing_rests(pa
     page.wait_for_selector(f'.sheet path.stroke[d="{typed}"]')
     assert len(asked) == count, "all pages are there"
     text.fill("Dear Ada, here is a card")
-    page.locator(".pages", has_text="one page").wait_for()
+    page.locator(".pages").wait_for(state="hidden")
 
 
 def test_words_that_read_as_others_are_framed_where_they_lie(page):
@@ -111,13 +111,13 @@ def test_a_scanned_hand_may_be_wished_easier_to_read(page):
     page.goto(page.home + "#write")
     page.locator("details.more").evaluate("part => part.open = true")
     slider = page.get_by_label("Easier to read than the author writes")
-    page.get_by_label("Hand", exact=True).select_option("house-print")
+    page.get_by_label("Handwriting", exact=True).select_option("house-print")
     slider.wait_for(state="hidden")
-    page.get_by_label("Hand", exact=True).select_option("mine")
+    page.get_by_label("Handwriting", exact=True).select_option("mine")
     with page.expect_request(lambda asked: '"legible":0.5' in (asked.post_data or "")):
         slider.fill("0.5")
     page.locator(".told", has_text="1 line").wait_for()
-    page.get_by_label("Hand", exact=True).select_option("house-joined")
+    page.get_by_label("Handwriting", exact=True).select_option("house-joined")
 
 
 def test_refusals_stand_where_the_text_is(page):
@@ -138,21 +138,22 @@ def test_refusals_stand_where_the_text_is(page):
 
 def test_hands_are_shown_and_a_wrong_one_is_refused(page):
     page.set_viewport_size({"width": 1280, "height": 800 if SHOTS else 360})  # samples are of hands in view
-    page.get_by_role("link", name="My hand").click()
-    page.get_by_role("link", name="All hands").click()
-    for name in ("mine", "house-joined"):
+    page.get_by_role("link", name="My handwriting").click()
+    page.get_by_role("link", name="All handwritings").click()
+    for name in ("mine", "Everyday joined-up hand"):
         page.locator("li.card", has_text=name).locator("img").first.wait_for()
     kept(page, "hands")
     assert axe(page) == []
-    page.get_by_role("link", name="A new hand").click()
+    page.get_by_role("link", name="Add my own").click()
     page.get_by_text("Photograph", exact=True).click()
     assert axe(page) == []
-    page.get_by_label("Scans or photographs").set_input_files(
+    page.get_by_label("Photographs or scans").set_input_files(
         {"name": "noise.png", "mimeType": "image/png", "buffer": b"no picture"}
     )
+    page.get_by_text("Not one of our sheets?").click()
     page.get_by_label("What is written on it").fill("some text")
-    page.get_by_label("Name", exact=True).fill("noise")
-    page.get_by_role("button", name="Read the hand").click()
+    page.get_by_label("What shall it be called?").fill("noise")
+    page.get_by_role("button", name="Read my handwriting").click()
     page.locator(".bad", has_text="noise.png").wait_for()
     assert "/tmp" not in page.locator(".bad", has_text="noise.png").inner_text()
     page.set_viewport_size({"width": 1280, "height": 800})
@@ -162,10 +163,11 @@ def test_a_page_becomes_a_hand_that_is_looked_at_asked_about_and_written_with(pa
     page.goto(page.home + "#own")
     page.reload()  # it is gone on with where it was left
     page.get_by_text("Photograph", exact=True).click()
-    page.get_by_label("Scans or photographs").set_input_files(str(small_scan.scan))
+    page.get_by_label("Photographs or scans").set_input_files(str(small_scan.scan))
+    page.get_by_text("Not one of our sheets?").click()
     page.get_by_label("What is written on it").fill(Path(small_scan.text).read_text(encoding="utf-8"))
-    page.get_by_label("Name", exact=True).fill("ours")
-    page.get_by_role("button", name="Read the hand").click()
+    page.get_by_label("What shall it be called?").fill("ours")
+    page.get_by_role("button", name="Read my handwriting").click()
     page.locator(".found-pages img").wait_for()
     kept(page, "own-look", 800)
     assert axe(page) == [] and re.search(r"\d+ letters were found", page.locator(".found-pages").inner_text())
@@ -324,7 +326,7 @@ def test_a_text_goes_to_the_plotter_and_its_pen_is_seen(page):
     page.goto(page.home + "#write")
     page.get_by_label("Text", exact=True).fill("Hi hi hi hi hi hi hi hi hi")  # it is not done when it is paused
     page.get_by_role("button", name="Make …").click()
-    page.get_by_role("button", name="Look at it on the bed").click()
+    page.get_by_role("button", name="Prepare the plot").click()
     page.locator(".bed .stroke.pale").first.wait_for()
     assert axe(page) == []
     for way in ("to the left", "towards you"):
@@ -367,7 +369,7 @@ def test_a_plot_with_two_pens_pauses_and_goes_on(page):
     page.get_by_label("Text", exact=True).fill("Hi [A]{ink=#7c1f2b}")
     page.get_by_role("button", name="Make …").press("Enter")
     page.get_by_label("A pen for each ink").check()
-    page.get_by_role("button", name="Look at it on the bed").press("Enter")
+    page.get_by_role("button", name="Prepare the plot").press("Enter")
     page.locator(".pens tbody tr").nth(1).wait_for()
     page.get_by_text("the sheet, 105 × 148 mm").wait_for()
     kept(page, "jobs-pens", 500)

@@ -52,6 +52,9 @@ export async function blob(path, accept, method = 'GET', body = undefined, signa
   return (await answer(method, path, body, accept ? { Accept: accept } : {}, signal)).blob();
 }
 
+/** The id of a file that was sent. */
+export const upload = async (file, signal) => (await request('POST', `/api/uploads?name=${encodeURIComponent(file.name)}`, file, signal)).id;
+
 export async function text(path, signal) {
   return (await answer('GET', path, undefined, {}, signal)).text();
 }

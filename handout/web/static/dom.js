@@ -17,6 +17,23 @@ export const s = (tag, properties, ...children) => filled(document.createElement
 
 let names = 0;
 
+/** Sizes of paper, as people call them. */
+export const SIZES = { A6: 'A6, a card', A5: 'A5, a small letter', A4: 'A4, a letter', letter: 'US letter' };
+
+/** Where what was refused is said. */
+export const refusal = () => h('p', { class: 'bad', role: 'alert' });
+
+export const button = (label, onclick, main = false, more = {}) => h('button', { type: 'button', class: main ? 'main' : undefined, onclick, ...more }, label);
+
+/** Work whose refusal is said at a place; what was cancelled is none. */
+export const guarded = (place, work) => async (...given) => {
+  place.textContent = '';
+  try { await work(...given); } catch (error) { if (error.name !== 'AbortError') place.textContent = error.message; }
+};
+
+/** What is seldom needed, folded away. */
+export const more = (title, ...children) => h('details', {}, h('summary', {}, title), children);
+
 /** A control with its label above it. */
 export function field(label, control, wide = false) {
   control.id ||= `field-${names += 1}`;
@@ -30,6 +47,13 @@ export function tick(label, properties) {
 
 export function choice(names_, labels = {}) {
   return h('select', {}, names_.map((name) => h('option', { value: name }, labels[name] ?? name)));
+}
+
+/** Hands by what they are called; those of one's own first. */
+export function handChoice(hands, first = {}) {
+  const part = (label, some) => (some.length ? h('optgroup', { label }, some.map((one) => h('option', { value: one.name }, one.own ? one.name : one.title || one.name))) : '');
+  return h('select', {}, Object.entries(first).map(([value, label]) => h('option', { value }, label)),
+    part('My own', hands.filter((one) => one.own)), part('Drawn by a pen', hands.filter((one) => one.drawn)), part('From paper, with its ink', hands.filter((one) => !one.drawn && !one.own)));
 }
 
 /** [what they share, rows] of rows that have the same said of them, in their order. */

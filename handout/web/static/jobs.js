@@ -1,19 +1,21 @@
 // The page Plotter: what waits for a plotter, how it lies on the bed, where the pen is.
 
 import { follow, request, task, text as fetched } from './api.js';
-import { choice, field, h, machine as chosenMachine, s, say, tick } from './dom.js';
+import { button, choice, field, guarded, h, machine as chosenMachine, more, refusal as refusals, s, say, tick } from './dom.js';
 import { alike, inOrder, writtenTo } from './replay.js';
+import { drawing } from './work.js';
 
 const STEPS = { 1: '1 mm', 10: '10 mm', 50: '50 mm' };
 const keep = (values) => localStorage.setItem('handout-machine', JSON.stringify({ ...chosenMachine(), ...values }));
 const UNCHOSEN = 'Choose first where the plotter is connected; or the simulated one, which puts nothing on paper.';
 const metres = (mm) => `${(mm / 1000).toFixed(2)} m`;
-const named = (plot) => plot.title || plot.job;
+/** What it is called: its first words, whole ones. */
+const named = (plot) => (plot.title?.length > 36 ? `${plot.title.replace(/\s+\S*$/, '')} …` : plot.title) || plot.job;
 
 function state(plot, drawn) {
   if (plot.job in drawn) return 'being drawn';
   if (plot.finished) return 'drawn';
-  return plot.runs.length ? `${Math.min(99, Math.round(100 * plot.drawn_mm / Math.max(plot.pen_down_mm, 1e-9)))} % drawn` : 'not begun';
+  return plot.runs.length ? `${Math.min(99, Math.round(100 * plot.drawn_mm / Math.max(plot.pen_down_mm, 1e-9)))} % drawn` : 'waits';
 }
 
 /** The machine: its port, and its pen moved by hand. */
@@ -26,7 +28,7 @@ function machine(machines) {
   if (machines.plotters.some((one) => one.name === before.device)) device.value = before.device;
   const step = choice(Object.keys(STEPS), STEPS);
   step.value = '10';
-  const refusal = h('p', { class: 'bad', role: 'alert' });
+  const refusal = refusals();
   const found = h('p', { class: 'quiet', 'aria-live': 'polite' });
   async function move(event, body) {
     const buttons = event.target.closest('details').querySelectorAll('button');
@@ -59,23 +61,19 @@ function machine(machines) {
     event.target.disabled = false;
     event.target.focus();
   }
-  const button = (label, body, name) => h('button', { type: 'button', 'aria-label': name, onclick: (event) => move(event, body) }, label);
-  const jog = (label, x, y, name) => h('button', {
-    type: 'button', class: 'icon', 'aria-label': name,
-    onclick: (event) => {
-      const away = machines.plotters.find((one) => one.name === device.value)?.away ?? 1;
-      move(event, { move: 'jog', x: x * Number(step.value), y: y * away * Number(step.value) });
-    },
-  }, label);
+  const act = (label, body, name = label) => button(label, (event) => move(event, body), false, { 'aria-label': name });
+  const jog = (label, x, y, name) => button(label, (event) => {
+    const away = machines.plotters.find((one) => one.name === device.value)?.away ?? 1;
+    move(event, { move: 'jog', x: x * Number(step.value), y: y * away * Number(step.value) });
+  }, false, { class: 'icon', 'aria-label': name });
   step.setAttribute('aria-label', 'How far');
   for (const control of [port, device]) control.addEventListener('change', () => keep({ port: port.value, device: device.value }));
-  const element = h('section', { class: 'panel' }, h('h2', {}, 'Plotter'),
-    h('div', { class: 'grid' }, field('Connected at', port), field('Machine', device)), h('div', { class: 'row after' }, h('button', { type: 'button', onclick: ask }, 'Find my plotter')),
+  const element = h('section', { class: 'panel' }, h('h2', {}, 'Your plotter'), field('Connected at', port), h('div', { class: 'row after' }, button('Find my plotter', ask)), refusal, found,
+    more('Which machine it is', field('Machine', device)),
     h('details', { class: 'pen' }, h('summary', {}, 'Move the pen'),
-      h('div', { class: 'row' }, button('Up', { move: 'up' }, 'Pen up'), button('Down', { move: 'down' }, 'Pen down'),
-        button('To the start corner', { move: 'home' }), button('Let it be pushed by hand', { move: 'release' })),
-      h('div', { class: 'row' }, jog('←', -1, 0, 'To the left'), jog('↑', 0, 1, 'Away'), jog('↓', 0, -1, 'Nearer'), jog('→', 1, 0, 'To the right'), step)),
-    refusal, found);
+      h('div', { class: 'row' }, act('Up', { move: 'up' }, 'Pen up'), act('Down', { move: 'down' }, 'Pen down'),
+        act('To the start corner', { move: 'home' }), act('Let it be pushed by hand', { move: 'release' })),
+      h('div', { class: 'row' }, jog('←', -1, 0, 'To the left'), jog('↑', 0, 1, 'Away'), jog('↓', 0, -1, 'Nearer'), jog('→', 1, 0, 'To the right'), step)));
   return { element, port, device };
 }
 
@@ -90,7 +88,7 @@ function edges({ page: [width, height], lies: { matrix: [a, b, c, d, e, f] } }) 
 
 /** How large bed and sheet are, and where the sheet lies, written beside them. */
 function measures(plot) {
-  const { bed: [wide, high], lies: { zero: [x, y] } } = plot, [left, top, right, low] = edges(plot), size = Math.max(wide, high) / 32;
+  const { bed: [wide, high], lies: { zero: [x, y] } } = plot, [left, top, right, low] = edges(plot), size = Math.max(wide, high) / 48;
   const write = (at, up, text) => s('text', { x: at, y: up, 'font-size': size }, text);
   const away = [Math.abs(left - x), Math.min(Math.abs(low - y), Math.abs(top - y))].map((one) => Math.round(one));
   const room = low + size * 1.3 < high ? low + size * 1.2 : top - size * 0.5;
@@ -130,9 +128,7 @@ function bed(place, over, lay) {
   let strokes = [], nib = null, ghost = null, shown = -1;
   async function load(plot, page) {
     shown = page;
-    const source = await fetched(`/api/plots/${plot.job}/pages/${page}`);
-    const svg = new DOMParser().parseFromString(source.replace(/<(style|script|metadata)\b[\s\S]*?<\/\1>/g, ''), 'image/svg+xml').documentElement;
-    const ink = s('g', {}, ...[...svg.querySelectorAll('.ink')].map((layer) => document.importNode(layer, true)));
+    const ink = s('g', {}, ...drawing(await fetched(`/api/plots/${plot.job}/pages/${page}`), '').querySelectorAll('.ink'));
     const [wide, high] = plot.bed, [width, height] = plot.page;
     const free = canBeLaid(plot);
     const group = s('g', { transform: `matrix(${plot.lies.matrix.join(' ')})`, ...(free ? { class: 'movable', tabindex: 0, role: 'application', 'aria-label': 'The sheet: drag it, or move it by arrow keys' } : {}) },
@@ -170,17 +166,17 @@ function bed(place, over, lay) {
 
 export async function show(main, shared, [chosen]) {
   const gone = new AbortController();
-  const refusal = h('p', { class: 'bad', role: 'alert' });
+  const refusal = refusals();
   const place = h('div', { class: 'bed' });
   const list = h('ul', { class: 'list' });
   const told = h('div', { class: 'told', 'aria-live': 'polite', tabindex: 0, role: 'region', 'aria-label': 'What is told' });
   const bar = h('progress', { max: 1, value: 0, 'aria-label': 'Drawn' });
   const question = h('p', { class: 'asked', role: 'alert' });
-  const act = (label, work, main_ = false) => h('button', { type: 'button', class: main_ ? 'main' : undefined, onclick: () => work().catch((error) => { refusal.textContent = error.message; }) }, label);
+  const act = (label, work, main_ = false) => button(label, guarded(refusal, work), main_);
   const start = act('Draw', draw, true), pause = act('Pause', () => word('pause')), on = act('Continue', () => word('on'), true);
-  const stop = act('Stop', () => word('stop')), drop = act('Delete', forget), turn = act('Turn the sheet', turned);
+  const stop = act('Stop', () => word('stop')), drop = act('Delete it', forget), turn = act('Turn the sheet', turned);
   const [zeroLabel, zero] = tick('The pen stands above the start corner');
-  const [homeLabel, home] = tick('Back to the start corner when stopped');
+  const [homeLabel, home] = tick('Back to the start corner when stopped'), rest = more('More', homeLabel, h('div', { class: 'row' }, drop));
   const view = bed(place, () => (simulated ? 'The simulated plotter drew all of it: nothing is on paper.' : 'All of it is drawn.'), lay);
   let plot = null, running = null, live = {}, left = false, simulated = false;
 
@@ -215,19 +211,19 @@ export async function show(main, shared, [chosen]) {
   }
   async function forget() {
     await request('DELETE', `/api/plots/${plot.job}`);
-    say(`Deleted ${named(plot)}.`);
-    plot = null; view.forget(); place.replaceChildren();
+    say(`Deleted “${named(plot)}”.`);
+    plot = null; view.forget(); place.replaceChildren(); told.replaceChildren(); controls();
     await listed();
   }
   function controls() {
     const now = Boolean(running), asks = Boolean(live.question);
     start.hidden = now || !plot || plot.finished;
     start.textContent = plot?.runs.length ? 'Continue' : 'Draw';
-    pause.hidden = !now || asks; on.hidden = !asks; stop.hidden = !now; drop.hidden = now || !plot;
+    pause.hidden = !now || asks; on.hidden = !asks; stop.hidden = !now; rest.hidden = now || !plot;
     turn.hidden = now || !canBeLaid(plot);
-    zeroLabel.hidden = now || !plot?.runs.length || plot.finished; homeLabel.hidden = now || !plot || plot.finished;
+    zeroLabel.hidden = now || !plot?.runs.length || plot.finished; homeLabel.hidden = Boolean(plot?.finished);
     question.textContent = live.question || '';
-    bar.hidden = !plot || plot.finished;
+    bar.hidden = !plot || plot.finished || !(now || plot.runs.length);
   }
   function sentences(...lines) {
     told.replaceChildren(...lines.filter(Boolean).map((line) => h('p', {}, line)));
@@ -266,8 +262,7 @@ export async function show(main, shared, [chosen]) {
     bar.value = plot.drawn_mm / Math.max(plot.pen_down_mm, 1e-9);
     view.forget();
     if (!plot.finished) devices.device.value = plot.device;
-    const machineName = shared.choices.plotters.find((one) => one.name === plot.device)?.title || plot.device;
-    sentences(`“${named(plot)}” for ${machineName}: ${plot.sheets} ${plot.sheets === 1 ? 'sheet' : 'sheets'}, ${metres(plot.pen_down_mm)} of ink.`,
+    sentences(`“${named(plot)}”: ${plot.sheets} ${plot.sheets === 1 ? 'sheet' : 'sheets'}, ${metres(plot.pen_down_mm)} of line.`,
       plot.outlook && plot.runs.length ? plot.outlook : '', plot.lies?.turned ? `The sheet lies with its top edge ${plot.lies.turned.replace('the reader', 'you')}.` : '', canBeLaid(plot) ? 'Drag the sheet to where it lies on the bed.' : '',
       plot.stopped && !plot.finished ? `It ended: ${plot.stopped}.` : '');
     told.append(pens(plot));
@@ -279,9 +274,9 @@ export async function show(main, shared, [chosen]) {
     const { plots, drawn } = await request('GET', '/api/plots');
     list.replaceChildren(...plots.map((one) => h('li', {}, h('button', {
       type: 'button', 'aria-current': plot?.job === one.job ? 'true' : undefined, disabled: Boolean(running) && plot?.job !== one.job,
-      onclick: () => { refusal.textContent = ''; choose(one.job).then(listed).catch((error) => { refusal.textContent = error.message; }); },
-    }, h('span', {}, named(one)), h('span', { class: 'quiet' }, `${one.job} · ${state(one, drawn)}`)))));
-    if (!plots.length) list.replaceChildren(h('li', { class: 'quiet' }, 'Nothing waits for the plotter. Write something, and make it with a pen: it is shown here first, as it lies on the bed.'), h('li', {}, h('a', { class: 'button', href: '#write' }, 'Write something')));
+      title: one.job, onclick: guarded(refusal, async () => { await choose(one.job); await listed(); }),
+    }, h('span', {}, named(one)), h('span', { class: 'quiet' }, state(one, drawn))))));
+    if (!plots.length) list.replaceChildren(h('li', { class: 'quiet' }, 'Nothing waits for the plotter.'));
     return { plots, drawn };
   }
 
@@ -290,12 +285,12 @@ export async function show(main, shared, [chosen]) {
   main.replaceChildren();
   const devices = machine(machines);
   main.append(h('div', { class: 'jobs' },
-    h('div', { class: 'column' }, h('h1', { class: 'hidden' }, 'Plotter'), devices.element, h('section', { class: 'panel' }, h('h2', {}, 'Plots'), list)),
-    h('section', { class: 'desk', 'aria-label': 'The bed' }, h('div', { class: 'tools' }, start, on, pause, stop, turn, drop, zeroLabel, homeLabel),
+    h('div', { class: 'column' }, h('h1', { class: 'hidden' }, 'Plotter'), h('section', { class: 'panel' }, h('h2', {}, 'To be drawn'), list), devices.element),
+    h('section', { class: 'desk', 'aria-label': 'The bed' }, h('div', { class: 'tools' }, start, on, pause, stop, turn, zeroLabel, rest),
       h('div', { class: 'asks' }, refusal, question), bar, place, told)));
   controls();
   const { plots, drawn } = await listed();
   const first = plots.find((one) => one.job === chosen) || plots.find((one) => one.job in drawn) || plots.find((one) => !one.finished);
-  if (first) { await choose(first.job); await listed(); } else place.replaceChildren(h('p', { class: 'quiet' }, 'Nothing lies on the bed yet.'));
+  if (first) { await choose(first.job); await listed(); } else place.replaceChildren(h('div', { class: 'empty' }, h('p', {}, 'Nothing lies on the plotter yet. Write something, and make it with a pen: it is shown here first, as it lies on the bed.'), h('a', { class: 'button main', href: '#write' }, 'Write something')));
   return () => { left = true; gone.abort(); };
 }

@@ -1,11 +1,11 @@
-// The page Letters: what was found on a scanned page, corrected letter by letter, doubtful ones first, by keys or pointer.
+// The page Correct letters: what was found on a scanned page, corrected letter by letter, doubtful ones first, by keys or pointer.
 
 import { request, task } from './api.js';
-import { choice, field, h, s, say } from './dom.js';
-import { lineIn } from './line.js';
+import { button, choice, field, h, handChoice, more as folded, refusal as refusals, s, say } from './dom.js';
 import { apart, middle, stage, strokesOf } from './stage.js';
+import { lineIn, progress } from './work.js';
 
-const VERDICTS = { sure: 'sure', doubtful: 'doubtful', refused: 'probably wrong', unnamed: 'without a name', confirmed: 'confirmed', kept_out: 'confirmed, and not written' };
+const VERDICTS = { sure: 'surely this letter', doubtful: 'doubtful', refused: 'probably wrong', unnamed: 'which letter is it?', confirmed: 'right, as you said', kept_out: 'right, and not written' };
 const NEAR = 12; // x-heights that fit into the shorter side of the view when a letter is looked at
 const LEARN_FIRST = 3, LEARN_AFTER = 12, QUIET = 8000; // corrections, the first time and then, and ms without one, after which the page is learned from
 const KEYS = matchMedia('(hover: hover)').matches;
@@ -13,29 +13,26 @@ const HINT = KEYS ? 'Enter confirms, a key names the letter anew, ↓ goes to th
 const BY_KEYS = KEYS ? 'With keys: arrows move the cross, Space puts the pen down, Enter ends; Esc leaves it.' : 'Two fingers move the page; the button again leaves it.';
 
 function chooser(hands, name) {
-  const select = choice(['', ...hands.map((hand) => hand.name)], { '': 'Choose a hand' });
+  const select = handChoice(hands, { '': 'Choose …' });
   select.value = name || '';
   select.addEventListener('change', () => { if (select.value) location.hash = `letters/${encodeURIComponent(select.value)}`; });
-  return field('Hand', select);
+  return field('Handwriting', select);
 }
 
 function greeting(hands) {
-  return h('div', { class: 'middle' }, h('h1', {}, 'Letter by letter'), h('p', {}, 'Look through the letters of a hand from paper, and put right what was read wrongly. The program learns from it.'), chooser(hands, ''),
-    hands.some((hand) => hand.own) ? '' : h('p', { class: 'after' }, 'You have no hand of your own yet. ', h('a', { class: 'button', href: '#own' }, 'Make one')));
+  return h('div', { class: 'middle' }, h('h1', {}, 'Correct letters'), h('p', {}, 'Look through the letters of a handwriting from paper, and put right what was read wrongly. The others learn from it.'), chooser(hands, ''),
+    hands.some((hand) => hand.own) ? '' : h('p', { class: 'after' }, 'Your own is not here yet. ', h('a', { class: 'button main', href: '#own' }, 'Add my handwriting')));
 }
 
 function copying(hands, name, shared) {
-  const button = h('button', {
-    type: 'button', class: 'main',
-    async onclick() {
-      try {
-        const made = await request('POST', `/api/hands/${name}/copy`);
-        await shared.refresh();
-        location.hash = `letters/${made.name}`;
-      } catch (error) { say(error.message); }
-    },
-  }, 'Make a copy of my own');
-  return h('div', { class: 'middle' }, h('h1', {}, name), chooser(hands, name), h('p', {}, 'This hand comes with the program. To correct its letters, make a copy of your own.'), button);
+  const copy = button('Make a copy of my own', async () => {
+    try {
+      const made = await request('POST', `/api/hands/${name}/copy`);
+      await shared.refresh();
+      location.hash = `letters/${made.name}`;
+    } catch (error) { say(error.message); }
+  }, true);
+  return h('div', { class: 'middle' }, h('h1', {}, name), chooser(hands, name), h('p', {}, 'This handwriting comes with the program. To correct its letters, make a copy of your own.'), copy);
 }
 
 export async function show(main, shared, [name, number = '0']) {
@@ -52,7 +49,7 @@ export async function show(main, shared, [name, number = '0']) {
   const skipped = new Set();
 
   const title = h('p', { class: 'big', 'aria-live': 'polite' }), about = h('p', { class: 'quiet' });
-  const left = h('p', {}), refusal = h('p', { class: 'bad', role: 'alert' }), kept = h('p', { class: 'quiet', 'aria-live': 'polite' });
+  const left = h('p', {}), refusal = refusals(), kept = h('p', { class: 'quiet', 'aria-live': 'polite' });
   const input = h('input', { autocomplete: 'off', autocapitalize: 'off', spellcheck: 'false', maxlength: 8 });
   const hint = h('p', { class: 'quiet' }, HINT), more = h('span', { class: 'row push' });
   const view = stage(url, sheet, pressed);
@@ -70,7 +67,7 @@ export async function show(main, shared, [name, number = '0']) {
     title.textContent = letter.letter || '?';
     input.value = letter.letter;
     const sure = ['confirmed', 'kept_out', 'unnamed'].includes(letter.verdict) ? '' : ` (${Math.round(letter.probability * 100)} of 100 sure)`;
-    about.textContent = `${VERDICTS[letter.verdict]}${sure}; ${letter.word ? `in “${letter.word}”, ` : ''}line ${letter.line + 1}${letter.joined ? ', joined to the next' : letter.linked ? ', next to another' : ''}${letter.ordered ? ', strokes told' : ''}`;
+    about.textContent = `${letter.word ? `in “${letter.word}”, ` : ''}line ${letter.line + 1}: ${VERDICTS[letter.verdict]}${sure}${letter.joined ? ', joined to the next' : ''}${letter.ordered ? ', strokes told' : ''}`;
     tell();
   }
 
@@ -334,10 +331,12 @@ export async function show(main, shared, [name, number = '0']) {
   }
 
   const key = (text) => h('kbd', {}, text);
-  const act = (text, keys, work, title) => h('button', { type: 'button', ...(title && { title }), onclick: () => { work(); view.svg.focus(); } }, h('span', {}, text), key(keys));
-  const small = (text, work) => h('button', { type: 'button', onclick: () => { work(); view.svg.focus(); } }, text);
+  const small = (text, work, more_ = {}) => button(text, () => { work(); view.svg.focus(); }, false, more_);
+  const act = (text, keys, work, title) => small([h('span', {}, text), key(keys)], work, { title });
   const undo = act('Undo', 'Ctrl+Z', () => back(1)), redo = act('Redo', 'Ctrl+Y', () => back(-1));
   const link = act('Joined to the next', 'Alt+L', linkNext), unwritten = act('Do not write', 'Alt+N', keepOut, 'It is this letter, but do not write this one: others of its name are written in its place.');
+  const right = act('That is right', 'Enter', confirmLetter, 'It is this letter, in name and extent. It is written no more often for that.');
+  right.className = 'main';
   const tools = new Map([
     ['cut', act('Cut it in two', 'Alt+C', beginCut)], ['outline', act('Draw around it', 'Alt+O', beginOutline)], ['strokes', act('Show its strokes', 'Alt+S', beginStrokes)], ['write', act('Write over it', 'Alt+W', beginWriting)],
     ['paper', act('Paint paper', 'Alt+P', () => beginPaint('paper'))], ['ink', act('Paint ink', 'Alt+I', () => beginPaint('ink'))], ['printed', act('Printed rule', 'Alt+R', beginPrinted)], ['base', act('Move the line below', 'Alt+B', beginBase)],
@@ -386,10 +385,8 @@ export async function show(main, shared, [name, number = '0']) {
   pages.value = String(page);
   pages.addEventListener('change', () => { location.hash = `letters/${encodeURIComponent(name)}/${pages.value}`; });
 
-  const bar = h('progress', { max: 1, value: 0, 'aria-label': 'Progress' }), step = h('span', { class: 'quiet' });
-  const work = h('div', { class: 'work', hidden: true }, step, bar);
-  const heard = (snapshot) => { work.hidden = false; bar.value = snapshot.share; step.textContent = snapshot.state === 'waiting' ? 'waiting' : snapshot.stage; };
-  const learn = h('button', { type: 'button', onclick: () => beginLearning(true) }, 'Learn from the corrections');
+  const { line: work, heard, run } = progress();
+  const learn = button('Learn from the corrections', () => beginLearning(true));
   async function beginLearning(asked) {
     if (learning || left_) return;
     learn.disabled = true; since = 0; learned = true;
@@ -411,7 +408,7 @@ export async function show(main, shared, [name, number = '0']) {
     if (since >= (learned ? LEARN_AFTER : LEARN_FIRST)) quiet = setTimeout(() => beginLearning(false), QUIET);
   }
 
-  const trying = lineIn(name, 'A line in the hand as it is now', heard, () => chain, (error) => { refusal.textContent = error?.message || ''; work.hidden = true; });
+  const trying = lineIn(name, 'A line in it as it is now', run, () => chain, (error) => { refusal.textContent = error?.message || ''; });
 
   const brush = h('input', { type: 'range', min: 5, max: 80, value: 20 });
   const naming = h('form', { 'aria-label': 'Name the letter', onsubmit(event) { event.preventDefault(); label(input.value); view.svg.focus(); } },
@@ -419,14 +416,14 @@ export async function show(main, shared, [name, number = '0']) {
   main.append(h('div', { class: 'letters' },
     h('h1', { class: 'hidden' }, `Letters of ${name}`),
     h('section', { class: 'stage', 'aria-label': 'The page' },
-      h('div', { class: 'tools' }, hint, more, h('span', { class: 'joined push' }, h('button', { type: 'button', class: 'icon', 'aria-label': 'Larger', onclick: () => view.zoom(0.7) }, '+'), h('button', { type: 'button', class: 'icon', 'aria-label': 'Smaller', onclick: () => view.zoom(1.4) }, '−'))),
+      h('div', { class: 'tools' }, hint, more, h('span', { class: 'joined push' }, button('+', () => view.zoom(0.7), false, { class: 'icon', 'aria-label': 'Larger' }), button('−', () => view.zoom(1.4), false, { class: 'icon', 'aria-label': 'Smaller' }))),
       view.svg),
     h('aside', { class: 'side', 'aria-label': 'The letter' }, left, h('div', {}, title, about), refusal, naming,
-      h('div', { class: 'keys' }, act('That is right', 'Enter', confirmLetter, 'It is this letter, in name and extent. It is written no more often for that.'), unwritten, act('It is no letter', 'Del', removeLetter), act('Next', '↓', nextDoubt), undo, redo),
-      h('details', {}, h('summary', {}, 'Where it begins and ends'), h('div', { class: 'keys' }, act('Add the next piece', 'Alt+J', joinNext), link, tools.get('cut'), tools.get('outline'), tools.get('base'))),
-      h('details', {}, h('summary', {}, 'How it is written'), h('div', { class: 'keys' }, tools.get('strokes'), tools.get('write'))),
-      h('details', {}, h('summary', {}, 'Ink and paper'), h('div', { class: 'keys' }, tools.get('paper'), tools.get('ink'), tools.get('printed')), field('Width of the brush', brush)),
-      kept, learn, work, trying, chooser(hands, name), field('Page', pages))));
+      h('div', { class: 'keys' }, right, act('Next', '↓', nextDoubt), unwritten, act('It is no letter', 'Del', removeLetter), h('div', { class: 'pair' }, undo, redo)),
+      folded('Where it begins and ends', h('div', { class: 'keys' }, act('Add the next piece', 'Alt+J', joinNext), link, tools.get('cut'), tools.get('outline'), tools.get('base'))),
+      folded('How it is written', h('div', { class: 'keys' }, tools.get('strokes'), tools.get('write'))),
+      folded('Ink and paper', h('div', { class: 'keys' }, tools.get('paper'), tools.get('ink'), tools.get('printed')), field('Width of the brush', brush)),
+      kept, learn, work, trying, folded('Another handwriting, another page', chooser(hands, name), field('Page', pages)))));
   view.letters(letters);
   const [first] = doubts();
   view.look(first ? middle(first) : [sheet.width / 2, sheet.height / 4], view.near(NEAR));

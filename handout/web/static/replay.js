@@ -30,12 +30,27 @@ export function alike(path, stroke) {
   for (const name of ['stroke', 'stroke-width']) path.setAttribute(name, stroke.closest(`[${name}]`).getAttribute(name));
 }
 
-/** Play an SVG page; `ended` is called at its end. Gives a function that stops it. */
+const AT_ONCE = 600, LONGEST = 900, EACH = 60; // strokes, and ms in all, in which they appear one after the other; ms each
+
+/** Strokes of a page that are not on the one before appear as they are written, quickly. */
+export function appear(svg, before) {
+  const old = new Set([...(before?.querySelectorAll('.stroke') ?? [])].map((stroke) => stroke.getAttribute('d')));
+  const fresh = inOrder(svg).filter((stroke) => !old.has(stroke.getAttribute('d')));
+  if (fresh.length > AT_ONCE || matchMedia('(prefers-reduced-motion: reduce)').matches) return;
+  const each = Math.min(EACH, LONGEST / fresh.length);
+  fresh.forEach((stroke, at) => {
+    stroke.setAttribute('pathLength', '1');
+    stroke.style.animation = `draw ${2 * each}ms ${at * each}ms linear both`;
+    stroke.addEventListener('animationend', () => { stroke.removeAttribute('pathLength'); stroke.style.animation = ''; });
+  });
+}
+
+/** Play an SVG page, as fast as `speed` says at the time; `ended` is called at its end. Gives a function that stops it. */
 export function play(svg, speed, ended) {
   const strokes = inOrder(svg);
   const moves = [...svg.querySelectorAll('.travel path')];
   const nib = document.createElementNS(svg.namespaceURI, 'path');
-  let start = null, next = 0, asked = 0;
+  let before = null, t = 0, next = 0, asked = 0;
   for (const part of [...strokes, ...moves]) part.classList.add('later');
   svg.querySelector('.ink').append(nib);
 
@@ -46,8 +61,8 @@ export function play(svg, speed, ended) {
     ended();
   }
   function frame(now) {
-    start ??= now;
-    const t = (now - start) / 1000 * speed;
+    t += (now - (before ?? now)) / 1000 * speed();
+    before = now;
     for (; next < strokes.length && time(strokes[next], 'data-t1') <= t; next += 1) strokes[next].classList.remove('later');
     for (const move of moves) if (time(move, 'data-t0') <= t) move.classList.remove('later');
     if (next === strokes.length) { stop(); return; }

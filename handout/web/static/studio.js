@@ -9,15 +9,15 @@ const PAGES = {
   write: ['Write', () => import('./write.js')],
   table: ['Letters from a table', () => import('./table.js')],
   own: ['My own handwriting', () => import('./own.js')],
-  hands: ['All hands', () => import('./hands.js')],
-  letters: ['Letter by letter', () => import('./letters.js')],
+  hands: ['All handwritings', () => import('./hands.js')],
+  letters: ['Correct letters', () => import('./letters.js')],
   jobs: ['Plotter', () => import('./jobs.js')],
   calibration: ['Colours', () => import('./calibration.js')],
-  styles: ['Styles of movement', () => import('./styles.js')],
-  style: ['A style of movement', () => import('./style.js')],
+  styles: ['Styles', () => import('./styles.js')],
+  style: ['A style', () => import('./style.js')],
 };
 /** Doors: what the link says, and the pages behind it. */
-const DOORS = { write: ['Write', []], table: ['From a table', []], own: ['My hand', ['own', 'hands', 'letters']], jobs: ['On the desk', ['jobs', 'calibration', 'styles']] };
+const DOORS = { write: ['Write', []], table: ['From a table', []], own: ['My handwriting', ['own', 'hands', 'letters']], jobs: ['On the desk', ['jobs', 'calibration', 'styles']] };
 const main = document.querySelector('#main');
 const shared = { choices: null, async refresh() { this.choices = await request('GET', '/api/choices'); } };
 let leave = null, shown = 0;

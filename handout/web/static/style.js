@@ -2,10 +2,11 @@
 
 import { blob, request } from './api.js';
 import * as drafts from './drafts.js';
-import { choice, field, h, s, save, say, tick } from './dom.js';
+import { button as plain, choice, field, h, handChoice, more, picker, refusal as refusals, s, save, say, tick } from './dom.js';
 
 const FIRST = { targets: [[24, 62], [40, 34], [50, 74], [64, 38], [76, 72], [94, 40], [104, 66], [126, 46]], up: [], own: null, page: [148, 105] };
-const FORMATS = { toml: 'Style (TOML)', targets: 'Targets (JSON)', svg: 'Drawing (SVG)', pdf: 'PDF', png: 'PNG', inkml: 'InkML', json: 'Drawing (JSON)' };
+const FORMATS = { toml: 'The style (TOML)', targets: 'Its points (JSON)', svg: 'SVG', pdf: 'PDF', png: 'PNG', inkml: 'InkML', json: 'Drawing (JSON)' };
+const INNER = ['Path', 'Ellipses', 'Guide']; // groups for those who know how movement is modelled
 const INK = '#20223a', FAINT = '#31457a';
 const EDGE = 0.8; // mm around a word, of which broad pens take a part
 const NEAR = { mouse: 10, pen: 14, touch: 24 }; // pixels within which a handle is taken
@@ -122,10 +123,10 @@ export async function show(main, shared, [wanted]) {
   let picked = 0, view = null, fitted = true, adding = false, moving = false, photo = null, dragged = null;
   let answer = { strokes: [], samples: [], ellipses: [] }, past = [], future = [], clean = '', opened = '', playing = 0;
 
-  const refusal = h('p', { class: 'bad', role: 'alert' }), unkept = h('p', { class: 'bad', role: 'alert' });
+  const refusal = refusals(), unkept = refusals();
   const told = h('p', { class: 'quiet', 'aria-live': 'polite' });
   const figures = h('p', { class: 'quiet figures' });
-  const overlay = s('svg', { tabindex: 0, role: 'application', 'aria-label': 'Targets; keys move the one that is chosen', 'aria-describedby': 'style-keys' });
+  const overlay = s('svg', { tabindex: 0, role: 'application', 'aria-label': 'Points; keys move the one that is chosen', 'aria-describedby': 'style-keys' });
   const ink = surface('', paintInk), graph = surface('Speed of the pen over time', paintSpeed), line = surface('The word in this style', paintWord);
   const stage = h('div', { class: 'stage-ink' }, ink.canvas, overlay);
 
@@ -313,7 +314,7 @@ export async function show(main, shared, [wanted]) {
 
   // what is done to targets
 
-  function tell() { told.textContent = `Target ${picked + 1} of ${plan.targets.length}${plan.up.includes(picked) ? ', the pen is lifted after it' : ''}`; }
+  function tell() { told.textContent = `Point ${picked + 1} of ${plan.targets.length}${plan.up.includes(picked) ? ', the pen is lifted after it' : ''}`; }
   function pick(at) {
     picked = clamp(at, 0, Math.max(plan.targets.length - 1, 0));
     tell(); aboutTarget(); paintTargets();
@@ -473,13 +474,13 @@ export async function show(main, shared, [wanted]) {
 
   // controls
 
-  const button = (label, onclick, more = {}) => h('button', { type: 'button', onclick, ...more }, label);
+  const button = (label, onclick, others = {}) => plain(label, onclick, false, others);
   const undo = button('Undo', () => step(past, future), { disabled: true }), redo = button('Redo', () => step(future, past), { disabled: true });
   const adder = button('Add', () => {
     adding = !adding;
     adder.setAttribute('aria-pressed', adding); overlay.classList.toggle('adding', adding);
-    say(adding ? 'A tap or click adds a target after the chosen one.' : 'Targets are dragged again.');
-  }, { 'aria-pressed': 'false', title: 'Add targets by clicks' });
+    say(adding ? 'A tap or click adds a point after the chosen one.' : 'Points are dragged again.');
+  }, { 'aria-pressed': 'false', title: 'Add points by clicks' });
   const still = h('p', { class: 'quiet', hidden: true }, 'This style leaves nothing to chance: give it tremor, or uneven ellipses.');
   const samples = h('input', { type: 'number', min: 0, max: 12, value: 5 });
   samples.addEventListener('change', solve);
@@ -528,11 +529,13 @@ export async function show(main, shared, [wanted]) {
   function knobs() {
     const open = new Set([...groups.querySelectorAll('details[open]')].map((one) => one.dataset.name));
     if (groups.contains(document.activeElement)) return;
-    groups.replaceChildren(...facts.groups.map((group, at) => h(
+    const drawn = facts.groups.map((group, at) => h(
       'details', { open: groups.children.length ? open.has(group.name) : at === 0, 'data-name': group.name },
       h('summary', {}, group.name, group.seen_in === 'word' ? h('span', { class: 'quiet' }, ' – seen in the word') : ''),
       group.knobs.map((one) => knob(one, style.values[one.key] ?? one.usual, (value) => { style.values[one.key] = value; solve(); soonWord(); }, done)),
-    )));
+    ));
+    const inner = (one) => INNER.includes(one.dataset.name);
+    groups.replaceChildren(...drawn.filter((one) => !inner(one)), h('details', { 'data-name': 'More', open: open.has('More') }, h('summary', {}, 'More'), drawn.filter(inner)));
   }
 
   const name = h('input', { autocomplete: 'off', pattern: '[\\w\\-]{1,80}', title: 'Letters, digits, - and _' });
@@ -560,10 +563,10 @@ export async function show(main, shared, [wanted]) {
       return;
     }
     unsaved = false; drafts.keep('style', { plan, style, seed, unsaved }, unkept);
-    say(own ? 'It is kept in its file.' : `It is kept: choose ${style.name} under Style of movement on the page Write.`);
+    say(own ? 'It is kept in its file.' : `It is kept: choose ${style.name} under Style on the page Write.`);
     shared.refresh();
   }
-  const saveRefusal = h('p', { class: 'bad', role: 'alert' });
+  const saveRefusal = refusals();
   const format = choice(Object.keys(FORMATS), FORMATS);
   format.setAttribute('aria-label', 'Format');
   const download = button('Download', async () => {
@@ -578,7 +581,7 @@ export async function show(main, shared, [wanted]) {
   });
 
   const word = h('input', { value: before.word || 'minimum', maxlength: 40, autocomplete: 'off' });
-  const hand = choice(shared.choices.hands.filter((one) => one.drawn).map((one) => one.name));
+  const hand = handChoice(shared.choices.hands.filter((one) => one.drawn));
   hand.value = 'house-print';
   const wordNote = h('p', { class: 'quiet', 'aria-live': 'polite' });
   for (const control of [word, hand]) control.addEventListener('input', soonWord);
@@ -586,7 +589,7 @@ export async function show(main, shared, [wanted]) {
     plan = next; picked = 0;
     fit(); done(); pick(0);
   }
-  const ofWord = button('Its targets to the desk', async () => {
+  const ofWord = button('Take its points above', async () => {
     try {
       const made = await request('POST', '/api/movements/targets', { text: word.value.trim() || 'minimum', hand: hand.value, style: draft() });
       begin({ targets: made.targets, up: made.pen_up, own: null, page: [made.page.width, made.page.height] });
@@ -594,26 +597,23 @@ export async function show(main, shared, [wanted]) {
       wordNote.textContent = error.message;
     }
   });
-  const opener = h('input', { type: 'file', accept: '.json' });
-  opener.addEventListener('change', async () => {
+  const opener = picker('Points in a file', 'Drop it here: JSON, as it is saved here.', { accept: '.json' }, async ([file]) => {
     try {
-      const read = JSON.parse(await opener.files[0].text());
+      const read = JSON.parse(await file.text());
       if (!Array.isArray(read.targets) || !read.targets.length || read.targets.flat().some((one) => !Number.isFinite(one))) throw new Error();
       const most = (k) => Math.max(...read.targets.map((one) => one[k]));
       const page = read.page ? [read.page.width, read.page.height] : [most(0) * 1.15 + 5, most(1) * 1.15 + 5];
       begin({ targets: read.targets, up: read.pen_up || [], own: read.covariances?.map(([[a, b], [, c]]) => axesOf([a, b, c])) ?? null, page });
       refusal.textContent = read.references ? 'Its further references are left out.' : '';
     } catch {
-      refusal.textContent = `${opener.files[0]?.name || 'That'} is no plan of targets in JSON.`;
+      refusal.textContent = `${file.name} holds no points in JSON.`;
     }
-    opener.value = '';
   });
 
-  const photoInput = h('input', { type: 'file', accept: 'image/png,image/jpeg,image/webp' });
   const photoBox = h('div', { class: 'grid' });
-  photoInput.addEventListener('change', async () => {
+  const photoInput = picker('Photograph', 'Drop it here: PNG, JPEG or WebP. It stays in this browser.', { accept: 'image/png,image/jpeg,image/webp' }, async ([file]) => {
     try {
-      const bitmap = await createImageBitmap(photoInput.files[0]);
+      const bitmap = await createImageBitmap(file);
       const [wide, high] = plan.page, width = Math.min(wide, (high * bitmap.width) / bitmap.height);
       photo = { bitmap, x: (wide - width) / 2, y: 0, width, opacity: 0.5 };
       refusal.textContent = '';
@@ -635,7 +635,7 @@ export async function show(main, shared, [wanted]) {
       photoBox.replaceChildren(...(photo ? [
         one('Opacity', 'opacity', { type: 'range', min: 0, max: 1, step: 0.05 }), one('Width, mm', 'width', { type: 'number', min: 1, step: 'any' }),
         one('From the left, mm', 'x', { type: 'number', step: 'any' }), one('From the top, mm', 'y', { type: 'number', step: 'any' }),
-        h('div', { class: 'all row between' }, shiftLabel, button('Take it away', () => { photo = null; moving = shift.checked = false; photoInput.value = ''; photoFields(true); paint(); })),
+        h('div', { class: 'all row between' }, shiftLabel, button('Take it away', () => { photo = null; moving = shift.checked = false; photoFields(true); paint(); })),
       ] : []));
     }
     if (photo) for (const control of photoBox.querySelectorAll('input[data-key]')) if (control !== document.activeElement) control.value = tidy(photo[control.dataset.key], 2);
@@ -643,19 +643,18 @@ export async function show(main, shared, [wanted]) {
 
   const keys = h('p', { class: 'quiet', id: 'style-keys' }, ...[[',', ' '], ['.', ' choose · '], ['arrows', ' move · '], ['A', ' add · '], ['Del', ' delete · '], ['U', ' lift the pen · '], ['+', ' '], ['−', ' size, '], ['[', ' '], [']', ' turn, '], ['{', ' '], ['}', ' shape of the ellipse']].flatMap(([key, text]) => [h('kbd', {}, key), text]));
   main.append(h('div', { class: 'style' }, h('h1', { class: 'hidden' }, 'Style'), h(
-    'section', { class: 'desk', 'aria-label': 'Targets' },
+    'section', { class: 'desk', 'aria-label': 'Points' },
     h('div', { class: 'tools' }, undo, redo, adder, button('−', () => zoom(1.25), { class: 'icon', 'aria-label': 'Smaller' }), button('Fit', () => { fit(); paint(); }), button('+', () => zoom(0.8), { class: 'icon', 'aria-label': 'Larger' }), watch, h('span', { class: 'joined push' }, format, download)),
     stage, h('div', { class: 'beneath' }, h('div', { class: 'row between' }, told, figures), refusal, unkept, graph.canvas, keys),
     h('section', { class: 'word', 'aria-label': 'A word in this style' }, line.canvas, h('div', { class: 'row' }, field('Word', word), field('Hand', hand), ofWord), wordNote),
   ), h(
     'aside', { class: 'side', 'aria-label': 'Style' },
     h('p', {}, h('a', { href: '#styles' }, 'All styles, side by side')), h('div', {}, field('Open a style', chooser)),
-    h('div', { class: 'row' }, h('div', { class: 'wide' }, field('Name', name)), button('Keep the style', keepIt, { class: 'main' })), saveRefusal,
-    h('section', {}, h('h2', {}, 'Target'), aside, h('div', { class: 'row' }, button('Add after it', KEYS.a), button('Delete', remove), lifting), eachLabel, hint),
-    h('section', {}, h('h2', {}, 'Numbers'), groups),
-    h('section', {}, h('h2', {}, 'Chance'), h('div', { class: 'row' }, field('Faint samples', samples), die), still),
-    h('section', {}, h('h2', {}, 'Trace a photograph'), field('Photograph; it stays in this browser', photoInput), photoBox),
-    h('section', {}, h('h2', {}, 'Open targets'), field('Plan of targets, JSON', opener), h('div', { class: 'row after' }, button('Begin anew', () => begin(copy(FIRST))))),
+    h('div', { class: 'row' }, h('div', { class: 'wide' }, field('Name', name)), plain('Keep the style', keepIt, true)), saveRefusal,
+    h('section', {}, groups),
+    h('section', {}, more('The chosen point', aside, h('div', { class: 'row' }, button('Add after it', KEYS.a), button('Delete', remove), lifting), eachLabel, hint),
+      more('Chance', h('div', { class: 'row' }, field('Faint samples', samples), die), still), more('Trace a photograph', photoInput, photoBox),
+      more('Points from a file', opener, h('div', { class: 'row after' }, button('Begin anew', () => begin(copy(FIRST)))))),
   )));
 
   const watcher = new ResizeObserver(() => {

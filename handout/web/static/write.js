@@ -1,10 +1,11 @@
 // The page Write: a text on the left, on the right the page that is typed on; all pages when typing rests.
 
-import { request, task, blob, text as fetched, fileOf } from './api.js';
+import { request, task, blob, text as fetched, fileOf, upload } from './api.js';
 import * as drafts from './drafts.js';
-import { choice, field, h, machine, picker, s, save, say, tick } from './dom.js';
-import { play } from './replay.js';
+import { button, choice, field, guarded, h, handChoice, machine, picker, refusal as refusals, s, save, say, SIZES, tick } from './dom.js';
+import { appear, play } from './replay.js';
 import { marks, moved } from './marks.js';
+import { drawing, picture, progress } from './work.js';
 
 const FIRST = 'Dear Ada,\n\nthank you for the jam: it is nearly finished, and we all hope for more.\n\nYours, Zoë';
 const PATIENCE = 700; // ms: what takes longer is not waited for when something is changed, nor begun at every key
@@ -12,7 +13,10 @@ const REST = 500; // ms without a key, then all pages are written
 const SCREEN_DPI = 150;
 const INKS = { '': 'the pen’s own', '#20223a': 'black', '#24408e': 'blue', '#7c1f2b': 'red', '#1f5a3c': 'green' };
 const FORMATS = { pdf: 'PDF, to print or send', png: 'PNG, a picture', svg: 'SVG, lines to work on', inkml: 'InkML, movements of a pen', json: 'JSON, for programs', gcode: 'G-code, for a plotter', hpgl: 'HP-GL, for a plotter', ebb: 'EBB, for a plotter' };
-const KINDS = { text: 'Plain text', letter: 'With headings and pictures (Markdown)' };
+const KINDS = { text: 'Plain text', letter: 'With headings, pictures' };
+const SHORT = 0.5; // of the height that a page has for writing: what takes less may be centred
+const LARGEST = 2; // times as large, where a short text is made to fit its page
+const FULL = 0.6; // of the page's room that it takes then
 const ALIGNED = { ragged: 'as people write', left: 'at the left', centre: 'in the middle', right: 'at the right' };
 const DIE = 'M5 3h14a2 2 0 0 1 2 2v14a2 2 0 0 1-2 2H5a2 2 0 0 1-2-2V5a2 2 0 0 1 2-2Zm0 2v14h14V5Zm3 1.7A1.6 1.6 0 1 1 8 9.9a1.6 1.6 0 0 1 0-3.2Zm8 0a1.6 1.6 0 1 1 0 3.2 1.6 1.6 0 0 1 0-3.2Zm-4 3.7a1.6 1.6 0 1 1 0 3.2 1.6 1.6 0 0 1 0-3.2Zm-4 3.7a1.6 1.6 0 1 1 0 3.2 1.6 1.6 0 0 1 0-3.2Zm8 0a1.6 1.6 0 1 1 0 3.2 1.6 1.6 0 0 1 0-3.2Z';
 
@@ -25,16 +29,12 @@ const clock = (seconds) => (seconds < 90 ? `${Math.round(seconds)} s` : `${Math.
 
 /** The controls by name, filled with what was chosen last. */
 function controls(choices, kept) {
-  const hands = h('select', {}, [true, false].map((drawn) => h(
-    'optgroup', { label: drawn ? 'Drawn' : 'From paper' },
-    choices.hands.filter((hand) => hand.drawn === drawn).map((hand) => h('option', { value: hand.name }, hand.name)),
-  )));
   const plotters = choices.plotters.map((plotter) => plotter.name);
   const made = {
     text: h('textarea', { spellcheck: 'true', maxlength: 100000 }),
     kind: choice(Object.keys(KINDS), KINDS),
-    hand: hands,
-    page: choice(choices.pages),
+    hand: handChoice(choices.hands),
+    page: choice(choices.pages, SIZES),
     x_height: h('input', { type: 'number', min: 0.8, max: 20, step: 0.1, placeholder: 'as the hand writes' }),
     pen: choice(['', ...choices.pens], { '': 'the hand’s own' }),
     ink: choice([...Object.keys(INKS), 'other'], { ...INKS, other: 'another …' }),
@@ -100,6 +100,9 @@ function named(words) {
   });
 }
 
+/** The upper and lower end of some words on their page, mm. */
+const around = (words) => { const boxes = words.map((word) => word.box).filter(Boolean); return [Math.min(...boxes.map((box) => box[1])), Math.max(...boxes.map((box) => box[3]))]; };
+
 /** A name for a file, after the first words of its text. */
 function called(text) {
   const words = text.trim().split(/\s+/).slice(0, 3).join('-');
@@ -115,40 +118,34 @@ export async function show(main, shared, [hand]) {
   const [fitting, fit] = tick('Write smaller what does not fit', { checked: kept.fit ?? false });
   const ticks = { fallback: lend, fit };
   const spread = h('output', {}, made.variation.value);
-  const die = h('button', { type: 'button', class: 'icon', title: 'Write it another way', 'aria-label': 'Write it another way' }, s('svg', { viewBox: '0 0 24 24', 'aria-hidden': 'true' }, s('path', { d: DIE })));
-  const refusal = h('p', { class: 'bad', role: 'alert' }), unkept = h('p', { class: 'bad', role: 'alert' });
+  const die = button([s('svg', { viewBox: '0 0 24 24', 'aria-hidden': 'true' }, s('path', { d: DIE })), 'Write it another way'], () => { made.seed.value = random(); rewritten.clear(); soon(); });
+  const refusal = refusals(), unkept = refusals();
   const pictures = picker('A picture for the letter', 'Drop it here: PNG, JPEG or WebP.', { accept: '.png,.jpg,.jpeg,.webp' }, pictureSent);
   const form = h(
     'form', { 'aria-label': 'What is written' },
     h('div', { class: 'row between' }, h('label', { for: 'text' }, 'Text'), made.kind), made.text, pictures, refusal, unkept,
     h('details', { class: 'looks', open: kept.looks ?? !NARROW.matches }, h('summary', {}, 'How it looks'),
       h('div', { class: 'grid' },
-        field('Hand', made.hand), field('Page', made.page),
+        field('Handwriting', made.hand, true),
+        field('Size', made.page), field('Paper', made.paper),
         field('Pen', made.pen), h('div', {}, h('label', { for: 'ink' }, 'Ink'), h('div', { class: 'joined' }, made.ink, made.colour)),
-        field('Paper', made.paper), field('Lines lie', made.align),
-        h('div', {}, field('Letter height, mm', made.x_height), h('span', { class: 'quiet small' }, 'of an x; empty: as the hand writes')),
-        h('div', {}, h('span', { class: 'label' }, 'Another version'), h('div', { class: 'joined' }, die, h('span', { class: 'quiet small' }, 'the same words, written again')))),
+        field('Letter height, mm', made.x_height), field('Alignment', made.align), h('div', { class: 'all' }, die)),
       h('details', { class: 'more', open: Boolean(kept.more) }, h('summary', {}, 'More'),
-        h('div', { class: 'grid' }, h('div', {}, h('label', { for: 'variation' }, 'How much letters vary: ', spread), made.variation), field('Style of movement', made.style),
+        h('div', { class: 'grid' }, h('div', {}, h('label', { for: 'variation' }, 'How much letters vary: ', spread), made.variation), field('Style', made.style),
           field('Easier to read than the author writes', made.legible), field('Cyrillic letters', made.language), field('Words struck out, in 100', made.slips), field('Number of the version', made.seed), h('div', { class: 'all' }, fallback), h('div', { class: 'all' }, fitting)))),
   );
-  made.text.id = 'text'; made.kind.setAttribute('aria-label', 'Kind of text'); made.ink.id = 'ink'; made.variation.id = 'variation';
+  made.text.id = 'text'; made.kind.setAttribute('aria-label', 'Kind of text'); made.ink.id = 'ink'; made.variation.id = 'variation'; made.x_height.title = 'Of small letters, such as x';
 
-  const back = h('button', { type: 'button', class: 'icon', 'aria-label': 'Page before' }, '‹');
-  const on = h('button', { type: 'button', class: 'icon', 'aria-label': 'Next page' }, '›');
-  const place = h('span', { class: 'quiet pages' });
-  const replay = h('button', { type: 'button' }, 'Watch it written');
+  const back = button('‹', () => turned(-1), false, { class: 'icon', 'aria-label': 'Page before' }), on = button('›', () => turned(1), false, { class: 'icon', 'aria-label': 'Next page' });
+  const place = h('span', { class: 'quiet pages' }), pager = h('span', { class: 'joined' }, back, place, on);
+  const replay = button('Watch it written', watched);
   const pace = choice(['1', '2', '5', '20'], { 1: 'true speed', 2: '2 ×', 5: '5 ×', 20: '20 ×' });
   pace.setAttribute('aria-label', 'Speed');
-  const [wayLabel, way] = tick('Pen’s path');
-  const make = h('button', { type: 'button', class: 'main make' }, 'Make …');
-  const bar = h('progress', { max: 1, value: 0, 'aria-label': 'Progress' });
-  const stage = h('span', { class: 'quiet' });
-  const cancel = h('button', { type: 'button' }, 'Cancel');
-  const work = h('div', { class: 'work' }, stage, bar, cancel);
-  work.hidden = true;
+  const [wayLabel, way] = tick('Pen’s path'), watching = h('span', { class: 'joined', hidden: true }, pace, wayLabel); // while it is watched
+  const make = button('Make …', making, true, { class: 'main make' });
+  const { line: work, heard } = progress(() => coming?.abort());
   const sheet = h('figure', { class: 'sheet', 'aria-label': 'The page' });
-  const toggle = (label, name) => h('button', { type: 'button', 'aria-pressed': 'false', onclick: () => { mode = mode === name ? '' : name; overlaid(true); } }, label);
+  const toggle = (label, name) => button(label, () => { mode = mode === name ? '' : name; overlaid(true); }, false, { 'aria-pressed': 'false' });
   const modes = { words: toggle('Rewrite a word', 'words'), block: toggle('Move the text', 'block') };
   const paper = h('div', { class: 'paper', tabindex: 0, 'aria-label': 'The page, to scroll' }, sheet);
   const spoken = h('p', { class: 'hidden', 'aria-live': 'polite' });
@@ -156,11 +153,12 @@ export async function show(main, shared, [hand]) {
   main.append(h('div', { class: 'write' }, h('h1', { class: 'hidden' }, 'Write'), form, h(
     'section', { class: 'desk', 'aria-label': 'The page' },
     h('div', { class: 'bar' },
-      h('div', { class: 'tools' }, h('span', { class: 'joined' }, back, place, on), h('span', { class: 'joined' }, modes.words, modes.block), h('span', { class: 'joined' }, replay, pace, wayLabel)), make),
+      h('div', { class: 'tools' }, pager, replay, watching, modes.words, modes.block), make),
     paper, work, notes, spoken,
   )));
 
   let mode = '', chosen = -1, rewritten = new Map(kept.rewritten || []), margin = kept.margin || null, text = made.text.value;
+  let laid = null; // how a short text lay before it was centred
   let held = null; // of a letter that was changed, the words that are written again, until it is known where they went
   let stale = false; // whether something was changed since what is shown was asked for
   let page = 0, pages = 1, at = 0; // the page that is looked at, how many are known, and a place in the text that is on it
@@ -209,33 +207,19 @@ export async function show(main, shared, [hand]) {
     return rewritten.size > 0;
   }
 
-  function heard(snapshot) {
-    work.hidden = false;
-    bar.value = snapshot.share;
-    stage.textContent = snapshot.state === 'waiting' ? 'waiting' : snapshot.stage;
-  }
-
   /** The file of the page that is looked at; where one page was written alone, there is but one. */
   const shownFile = (done) => fileOf(done, done.facts.page ? 0 : Math.min(page, done.facts.files.length - 1));
 
   async function lined(done, signal) {
-    const source = await fetched(shownFile(done), signal);
-    // its own style and script are for browsers that open the file; the security policy of this page refuses them
-    const bare = source.replace(/<(style|script|metadata)\b[\s\S]*?<\/\1>/g, '');
-    const parsed = new DOMParser().parseFromString(bare, 'image/svg+xml').documentElement;
-    for (const part of parsed.querySelectorAll('desc, title')) part.remove();
-    const svg = document.importNode(parsed, true);
+    const svg = drawing(await fetched(shownFile(done), signal), made.text.value);
     svg.querySelector('#travel').removeAttribute('display');
     svg.querySelector('#travel').toggleAttribute('hidden', !way.checked);
-    svg.setAttribute('role', 'img'); svg.setAttribute('aria-label', made.text.value);
     return svg;
   }
 
   async function pictured(done, signal) {
-    const url = URL.createObjectURL(await blob(shownFile(done), '', 'GET', undefined, signal));
-    const image = h('img', { alt: made.text.value, src: url });
+    const image = picture(await blob(shownFile(done), '', 'GET', undefined, signal), made.text.value);
     await image.decode();
-    URL.revokeObjectURL(url);
     return image;
   }
 
@@ -249,16 +233,36 @@ export async function show(main, shared, [hand]) {
       fitted();
     }
     const focused = sheet.querySelector('.marks')?.contains(document.activeElement);
+    if (element.viewBox) appear(element, sheet.querySelector('svg:not(.marks)'));
     sheet.replaceChildren(element);
     last = done;
     overlaid(focused);
     place.textContent = pages > 1 ? `page ${page + 1} of ${pages}` : 'one page';
-    back.disabled = page === 0; on.disabled = page >= pages - 1;
+    pager.hidden = pages === 1; back.disabled = page === 0; on.disabled = page >= pages - 1;
     const sentences = told(facts, done.said);
     if (rewritten.size) sentences.push(`Written again: ${(facts.words || []).filter((word) => rewritten.has(word.at)).map((word) => `“${word.word}”`).join(', ')}. All other words are kept.`);
     const figures = facts.page ? [] : [plural(facts.lines, 'line'), facts.strokes ? `${plural(facts.strokes, 'stroke')}, ${clock(facts.duration_s)} by hand` : '', `version ${facts.seed}`];
     const known = facts.page ? notes.querySelector('p') : h('p', { class: 'quiet' }, figures.filter(Boolean).join(' · '));
-    notes.replaceChildren(known || '', sentences.length ? h('ul', {}, sentences.map((one) => h('li', {}, one))) : '');
+    notes.replaceChildren(known || '', offer(), sentences.length ? h('ul', {}, sentences.map((one) => h('li', {}, one))) : '');
+  }
+
+  /** A button that centres a short text and writes it larger, or has it as it was; nothing where it is not short. */
+  function offer() {
+    const { page: alone, pages: many, words = [], x_height: now } = last.facts, [wide, high] = [Number(sheet.dataset.wide), Number(sheet.dataset.high)], edge = Math.min(wide, high) / 10;
+    const [top, low] = around(words);
+    const lay = (height, align, sides) => { made.x_height.value = height; made.align.value = align; margin = sides; keep(); return drawn(); };
+    if (laid) return button('As it was before', () => { const before = laid; laid = null; lay(...before); });
+    if (alone || many > 1 || !now || margin || made.x_height.value || made.kind.value !== 'text' || !(low - top < SHORT * (high - 2 * edge))) return '';
+    return button('A short text: centre it, and write it larger', async () => {
+      const own = ['', made.align.value, null];
+      // lines are broken anew: they take as much more room as letters are larger, in both ways
+      const longest = Math.max(...words.map(({ box }) => (box ? box[2] - box[0] : 0))), by = Math.min(LARGEST, Math.sqrt((FULL * (high - 2 * edge)) / (low - top)), (0.9 * (wide - 2 * edge)) / longest);
+      laid = own;
+      await lay((now * Math.max(by, 1)).toFixed(1), 'centre', null);
+      if (stale) return;
+      const [above, below] = around(last.facts.words || []);
+      await lay(made.x_height.value, 'centre', [Math.round(2 * (edge + Math.max(0, (high - above - below) / 2))) / 2, edge, edge, edge]);
+    });
   }
 
   /** The marks over the page; `taken`: the keyboard goes there. */
@@ -359,10 +363,10 @@ export async function show(main, shared, [hand]) {
       const svg = await lined(lines);
       const before = [...sheet.children];
       sheet.replaceChildren(svg);
-      replay.textContent = 'Stop';
-      stopped = play(svg, Number(pace.value), () => {
+      replay.textContent = 'Stop'; watching.hidden = false;
+      stopped = play(svg, () => Number(pace.value), () => {
         stopped = null;
-        replay.textContent = 'Watch it written';
+        replay.textContent = 'Watch it written'; watching.hidden = true;
         if (!(before[0] instanceof SVGElement)) setTimeout(() => { if (sheet.contains(svg) && !stopped) sheet.replaceChildren(...before); }, 800);
       });
     } catch (error) {
@@ -387,7 +391,7 @@ export async function show(main, shared, [hand]) {
     try {
       const [, stem, suffix] = chosen.name.match(/^(.*?)(\.[^.]*)?$/s);
       const name = `${stem.replace(/[^A-Za-z0-9]+/g, '-').replace(/^-|-$/g, '').slice(-50) || `picture-${sent.size + 1}`}${suffix || ''}`;
-      sent.set(name, (await request('POST', `/api/uploads?name=${encodeURIComponent(name)}`, chosen)).id);
+      sent.set(name, await upload(new File([chosen], name)));
       if (!made.text.value.includes(`](${name})`)) made.text.setRangeText(`\n\n![](${name})\n\n`, made.text.selectionEnd, made.text.selectionEnd, 'end');
       made.text.dispatchEvent(new Event('input', { bubbles: true }));
     } catch (error) {
@@ -397,24 +401,18 @@ export async function show(main, shared, [hand]) {
 
   /** The window that asks what is to be made of the page: a file, print or plot. */
   function making() {
-    const wrong = h('p', { class: 'bad', role: 'alert' });
-    const part = (title, fields, label, work_, main_ = false) => {
+    const wrong = refusals();
+    const part = (title, about, fields, label, work_, main_ = false) => {
       const go = h('button', { class: main_ ? 'main' : undefined }, label);
+      const submit = guarded(wrong, async () => {
+        const to = await work_();
+        dialog.close();
+        if (to) location.hash = to;
+      });
       return h('form', {
         class: 'panel-form', 'aria-label': title,
-        async onsubmit(event) {
-          event.preventDefault();
-          go.disabled = true; wrong.textContent = '';
-          try {
-            const to = await work_();
-            dialog.close();
-            if (to) location.hash = to;
-          } catch (error) {
-            if (error.name !== 'AbortError') wrong.textContent = error.message;
-          }
-          go.disabled = false;
-        },
-      }, h('h3', {}, title), fields, h('div', { class: 'row' }, go));
+        async onsubmit(event) { event.preventDefault(); go.disabled = true; await submit(); go.disabled = false; },
+      }, h('h3', {}, title), h('p', { class: 'quiet' }, about), fields, h('div', { class: 'row' }, go));
     };
     const before = machine();
     const device = choice(Object.keys(machines), machines), copies = h('input', { type: 'number', min: 1, max: 100, value: 1 });
@@ -426,14 +424,14 @@ export async function show(main, shared, [hand]) {
     made.format.addEventListener('input', shown);
     shown();
     const dialog = h('dialog', { 'aria-label': 'Make' },
-      h('div', { class: 'row between' }, h('h2', {}, 'What is to be made of it?'), h('button', { type: 'button', onclick: () => dialog.close() }, 'Close')), wrong,
+      h('div', { class: 'row between' }, h('h2', {}, 'What is to be made of it?'), button('Close', () => dialog.close())), wrong,
       h('div', { class: 'ways' },
-        part('A file', [h('div', { class: 'grid' }, field('Format', made.format), program)], 'Download', downloaded, true),
-        part('On paper, by a printer', [field('Printer', printer)], 'Keep it for the printer', async () => {
+        part('A file', 'To send, to print elsewhere, or to work on.', [field('Format', made.format), program], 'Download', downloaded, true),
+        part('On paper, by a printer', 'You see a proof before anything is printed.', [field('Printer', printer)], 'Prepare the print', async () => {
           const title = made.text.value.trim().split(/\s+/).slice(0, 6).join(' ');
           return `table/${(await request('POST', '/api/batches', { ...asking(), title, to: 'printer', printer: printer.value })).batch}`;
         }),
-        part('With a pen, by a plotter', [h('div', { class: 'grid' }, field('Machine', device), field('Copies', copies)), inksLabel], 'Look at it on the bed', async () => (
+        part('With a pen, by a plotter', 'You see how it lies on the machine before it moves.', [field('Machine', device), field('Copies', copies), inksLabel], 'Prepare the plot', async () => (
           `jobs/${(await request('POST', '/api/plots', { ...asking(), device: device.value, copies: Number(copies.value) || 1, ...(inks.checked ? { layers: 'colour' } : {}) })).facts.job}`
         ))));
     dialog.addEventListener('close', () => { dialog.remove(); keep(); });
@@ -456,16 +454,11 @@ export async function show(main, shared, [hand]) {
       at = [...text.slice(0, made.text.selectionEnd)].length;
     } else if (event.target !== made.variation) at = page = 0;
     if (event.target === made.page) margin = null;
+    if (event.target !== made.text) laid = null;
     if ([made.hand, made.seed, made.kind].includes(event.target)) { rewritten.clear(); held = null; }
     soon();
   });
   for (const part of form.querySelectorAll('details')) part.addEventListener('toggle', keep);
-  die.addEventListener('click', () => { made.seed.value = random(); rewritten.clear(); soon(); });
-  back.addEventListener('click', () => turned(-1));
-  on.addEventListener('click', () => turned(1));
-  replay.addEventListener('click', watched);
-  make.addEventListener('click', making);
-  cancel.addEventListener('click', () => { coming?.abort(); work.hidden = true; });
   way.addEventListener('change', () => sheet.querySelector('#travel')?.toggleAttribute('hidden', !way.checked));
   const watch = new ResizeObserver(fitted);
   watch.observe(paper);
