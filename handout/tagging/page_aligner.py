@@ -480,8 +480,7 @@ def _with_letters(hand: ScannedHand, number: int, drafts: Drafts) -> ScannedHand
     place = {at: i for i, at in enumerate(ats)}
     for at in (at for at in drafts if {at, at + 1} & inked):
         _link(glyphs, place[at], place.get(at + 1))
-    here = [glyph if glyph.page == number else replace(glyph, page=number) for glyph in glyphs]
-    return with_page(hand, number, find_again(here, hand.pages, {place[at] for at in inked & place.keys()}))
+    return with_page(hand, number, find_again(glyphs, hand.pages, {place[at] for at in inked & place.keys()}))
 
 
 def _place_glyphs(hand: ScannedHand, number: int, drafts: Drafts) -> tuple[list[ScannedGlyph], list[int]]:
@@ -495,11 +494,12 @@ def _place_glyphs(hand: ScannedHand, number: int, drafts: Drafts) -> tuple[list[
     # of neighbours that are gone, nobody
     here = {NOBODY: NOBODY} | {i: place.get(key, NOBODY) for (i, _), key in zip(own, keys, strict=True)}
     glyphs = (drafts[at] if at >= 0 else hand.glyphs[-1 - at] for at in ats)
-    return [_renumber_neighbours(glyph, here) for glyph in glyphs], ats
+    return [_renumber_neighbours(glyph, here, number) for glyph in glyphs], ats
 
 
-def _renumber_neighbours(glyph: ScannedGlyph, number: Mapping[int, int]) -> ScannedGlyph:
-    """A glyph whose neighbours have other numbers; where the next is gone nothing leads there."""
+def _renumber_neighbours(glyph: ScannedGlyph, number: Mapping[int, int], page: int) -> ScannedGlyph:
+    """A glyph of a page whose neighbours have other numbers; where the next is gone nothing leads there."""
+    glyph = glyph if glyph.page == page else replace(glyph, page=page)
     moved = glyph.with_neighbours({n: number.get(n, NOBODY) for n in (glyph.before, glyph.after)})
     return moved if moved.after != NOBODY or not moved.ligatures else replace(moved, ligatures=())
 
