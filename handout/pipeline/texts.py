@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import groupby
@@ -351,18 +351,32 @@ def _reread_text(
     Raises InputError: there are some, and the task is strict.
     """
     from handout.pipeline.rereading import reread
+    from handout.writing.legibility import unclear_letters
 
     # without variation the best glyphs are wanted, always the same: what reads badly is only told
     tries = None if task.layout.jitter else 0
     sheets, doubts, _ = reread(lambda reader: compose(proofread=reader), hand, author, tries)
     refuse_doubts(doubts, task)
+    unclear = unclear_letters(author)
     for sheet in sheets:
         here = [
             {**doubt.facts(), "box": word_box(sheet.manuscript.lines[doubt.line - 1], doubt.word)}
             for doubt in doubts
             if doubt.page == sheet.number
         ]
-        yield _add_about(sheet, "doubtful", here) if here else sheet
+        told = _add_about(sheet, "doubtful", here) if here else sheet
+        words = list(_unclear_words(sheet.manuscript, unclear, len(author.glyphs))) if unclear else []
+        yield _add_about(told, "unclear", words) if words else told
+
+
+def _unclear_words(page: Manuscript, unclear: Container[str], own: int) -> Iterator[Facts]:
+    """Each word with letters that strangers mostly take for others, where they are the author's `own` glyphs."""
+    for line in page.lines:
+        for _, group in groupby(line.placed, key=lambda placed: placed.word):
+            letters = [placed for placed in group if placed.glyph.letter]
+            theirs = [each.glyph.letter for each in letters if each.ink is not None and each.ink.number < own]
+            if found := [letter for letter in dict.fromkeys(theirs) if letter in unclear]:
+                yield {"word": "".join(each.glyph.letter for each in letters), "letters": found}
 
 
 def word_places(pages: Sequence[Manuscript], first: int = 1) -> Iterator[Facts]:
