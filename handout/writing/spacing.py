@@ -240,7 +240,8 @@ class SpacingModel:
     def lifted(self, first: Indices, second: Indices, kind: Indices) -> NDArray[np.bool_]:
         """(n,) whether pairs are letters of a word that no ligature joins."""
         pairs = zip(first.tolist(), second.tolist(), strict=True)
-        return (kind == LETTERS) & np.array([not self.joints.joints_between(i, j) for i, j in pairs], dtype=bool)
+        alone = np.array([not self.joints.joints_between(i, j) for i, j in pairs], dtype=bool)
+        return np.asarray((kind == LETTERS) & alone)
 
     def sourced(self, first: Indices, second: Indices, kind: Indices) -> NDArray[np.bool_]:
         """(n,) whether pairs were neighbours in the source; those keep their clearance, however unusual."""
