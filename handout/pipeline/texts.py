@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import groupby
@@ -365,18 +365,20 @@ def _reread_text(
             if doubt.page == sheet.number
         ]
         told = _add_about(sheet, "doubtful", here) if here else sheet
-        words = list(_unclear_words(sheet.manuscript, unclear, len(author.glyphs))) if unclear else []
+        words = _words_with(unclear, sheet.manuscript, author)
         yield _add_about(told, "unclear", words) if words else told
 
 
-def _unclear_words(page: Manuscript, unclear: Container[str], own: int) -> Iterator[Facts]:
-    """Each word with letters that strangers mostly take for others, where they are the author's `own` glyphs."""
-    for line in page.lines:
+def _words_with(unclear: Mapping[str, float], page: Manuscript, author: ScannedHand) -> list[Facts]:
+    """The words of a page in which letters that strangers mostly take for others are the author's own glyphs."""
+    words: list[Facts] = []
+    for line in page.lines if unclear else ():
         for _, group in groupby(line.placed, key=lambda placed: placed.word):
             letters = [placed for placed in group if placed.glyph.letter]
-            theirs = [each.glyph.letter for each in letters if each.ink is not None and each.ink.number < own]
-            if found := [letter for letter in dict.fromkeys(theirs) if letter in unclear]:
-                yield {"word": "".join(each.glyph.letter for each in letters), "letters": found}
+            own = [each.glyph.letter for each in letters if each.ink and each.ink.number < len(author.glyphs)]
+            if found := [letter for letter in dict.fromkeys(own) if letter in unclear]:
+                words.append({"word": "".join(each.glyph.letter for each in letters), "letters": found})
+    return words
 
 
 def word_places(pages: Sequence[Manuscript], first: int = 1) -> Iterator[Facts]:

@@ -163,7 +163,7 @@ def test_a_page_that_is_made_again_is_the_same_and_only_what_changed_is_drawn(sm
 
     inks, drawn = [ink(small_hand, number) for number in range(12)], []
     monkeypatch.setattr(
-        module, "warp", lambda one, *rest, **margin: drawn.append(one.number) or warp(one, *rest, **margin)
+        module, "warp", lambda one, *rest, **margin: drawn.append(one[0].number) or warp(one, *rest, **margin)
     )
     module._kept_layer.cache_clear()
     page = page_of(small_hand)
