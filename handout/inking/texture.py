@@ -128,7 +128,7 @@ def _layers(
             raise InputError(f"A glyph is written with ink of page {ink.source} of a hand of {len(sources)} pages.")
     layers = (
         (_kept_layer(_ToldInk.from_ink(ink), ref(sources[ink.source]), dpi, shape, margin) for ink in inks)
-        if dpi <= _SCREEN
+        if dpi <= _SCREEN or not inks
         else warp(inks, sources, dpi, shape, margin=margin)
     )
     yield from (layer for layer in layers if layer is not None)
