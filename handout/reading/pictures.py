@@ -11,8 +11,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
+from hashlib import blake2b
 from pathlib import Path
 
 import numpy as np
@@ -23,7 +24,7 @@ from handout.errors import InputError
 from handout.networks import log_softmax, one_thread
 from handout.reading import ctc
 from handout.reading.word_space import MARGIN, normalised
-from handout.values import Array
+from handout.values import Array, Indices
 
 Floats = NDArray[np.float32]
 NETWORK = Path(__file__).parent / "networks" / "pictures.npz"
@@ -31,6 +32,7 @@ STEP = 2  # columns of word space a step of the network
 # told apart by nothing but size, if at all; the first of each stands for them
 ALIKE = ("cC", "kK", "oO0", "pP", "sS", "uU", "vV", "wW", "xX", "zZ", "lI1|", "-–", "'`")
 _TOGETHER = 32  # pictures that go through the network at once, by the memory that they take
+_SEEN = 2000  # pictures of which features are kept: twice the letters of a full page, 40 MB
 _CERTAIN = 0.5  # a text with that probability is the likeliest: no search is needed
 _BEAM = 6  # prefixes kept where other texts are looked for: more change no verdict in 500 words
 
@@ -92,11 +94,7 @@ class PictureReading:
     @cached_property
     def grouped(self) -> tuple[Array, str]:
         """Log posteriors of groups of letters that look alike, and the letter that stands for each."""
-        names = _stand_ins(self.letters)
-        groups = "".join(dict.fromkeys(names))
-        of = np.array([0] + [groups.index(name) + 1 for name in names])
-        order = np.argsort(of, kind="stable")
-        starts = np.searchsorted(of[order], np.arange(len(groups) + 1))
+        groups, order, starts = group_alike(self.letters)
         return np.logaddexp.reduceat(self.log_posteriors[:, order], starts, axis=1), groups
 
     @cached_property
@@ -158,13 +156,8 @@ class PictureReading:
         """
         logs, groups = self.grouped
         labels = _labels(text, groups)
+        shares, names = self.shares(labels), ["", *groups]
         borders = ctc.alignment(logs, labels) * STEP - MARGIN
-        edits = ctc.edits(logs, labels)
-        each, more = edits[1::2], np.logaddexp.reduce(edits[::2], axis=1)
-        # a letter too many is either neighbour's as likely
-        beside = np.logaddexp(more[:-1], more[1:]) + np.log(0.5)
-        shares = np.exp(each - np.logaddexp(np.logaddexp.reduce(each, axis=1), beside)[:, None])
-        names = ["", *groups]
         return tuple(
             ReadLetter(
                 letter,
@@ -176,6 +169,21 @@ class PictureReading:
             for letter, (left, right), share, label in zip(text, borders, shares, labels, strict=True)
         )
 
+    def shares(self, labels: Sequence[int]) -> Array:
+        """(letters, groups + 1): how probably each group, or none, stands in the place of each letter of a text.
+
+        labels : of the text.
+
+        Raises ValueError: the picture is too narrow for the text.
+        """
+        edits = ctc.edits(self.grouped[0], labels)
+        each, more = edits[1::2], np.logaddexp.reduce(edits[::2], axis=1)
+        if len(labels) and np.isneginf(each[0, labels[0]]):
+            raise ValueError(f"{len(self.logits)} steps are too few for {len(labels)} letters")
+        # a letter too many is either neighbour's as likely
+        beside = np.logaddexp(more[:-1], more[1:]) + np.log(0.5)
+        return np.asarray(np.exp(each - np.logaddexp(np.logaddexp.reduce(each, axis=1), beside)[:, None]))
+
 
 @dataclass(frozen=True, eq=False)
 class Reader:
@@ -186,6 +194,7 @@ class Reader:
     columns : the same of those over columns: the first and the last over one alone, the others over three.
     dilations : of those between.
     letters, temperature : as `PictureReading` has them.
+    seen : features of the pictures that were read last, by digests of these: a letter is read again when it is vetted.
     """
 
     stem: tuple[tuple[Floats, Floats], ...]
@@ -193,6 +202,7 @@ class Reader:
     dilations: tuple[int, ...]
     letters: str
     temperature: float
+    seen: dict[bytes, Floats] = field(default_factory=dict, repr=False)
 
     def read(self, picture: Array) -> PictureReading:
         """What stands in a density picture (HEIGHT, w) in word space, `MARGIN` columns of paper added at either end.
@@ -228,14 +238,19 @@ class Reader:
     @one_thread
     def features_of(self, pictures: Sequence[Array]) -> list[Floats]:
         """`features` of some pictures: those of one width go through the network together."""
-        found: dict[int, Floats] = {}
         ready = [normalised(picture) for picture in pictures]
-        for width in {picture.shape[1] for picture in ready}:
-            alike = [k for k, picture in enumerate(ready) if picture.shape[1] == width]
+        keys = [blake2b(picture.tobytes(), digest_size=16).digest() for picture in ready]
+        found = {key: self.seen[key] for key in keys if key in self.seen}
+        new = {key: picture for key, picture in zip(keys, ready, strict=True) if key not in found}
+        for width in {picture.shape[1] for picture in new.values()}:
+            alike = [key for key, picture in new.items() if picture.shape[1] == width]
             for begin in range(0, len(alike), _TOGETHER):
                 some = alike[begin : begin + _TOGETHER]
-                found |= zip(some, self._features(np.stack([ready[k] for k in some])), strict=True)
-        return [found[k] for k in range(len(ready))]
+                found |= zip(some, self._features(np.stack([new[key] for key in some])), strict=True)
+        if len(self.seen) > _SEEN:
+            self.seen.clear()
+        self.seen.update(found)
+        return [found[key] for key in keys]
 
     def _features(self, pictures: Floats) -> Floats:
         """(n, steps, channels) of pictures (n, HEIGHT, w).
@@ -274,6 +289,16 @@ def _over_rows(x: Floats, weight: Floats, bias: Floats, stride: tuple[int, int])
     )
     out = seen.reshape(len(x), rows * columns, -1) @ weight + bias
     return np.asarray(np.maximum(out, 0).reshape(len(x), rows, columns, len(bias)))
+
+
+@lru_cache(maxsize=4)
+def group_alike(letters: str) -> tuple[str, Indices, Indices]:
+    """The letter that stands for each group of letters that look alike; classes by groups, and where each begins."""
+    names = _stand_ins(letters)
+    groups = "".join(dict.fromkeys(names))
+    of = np.array([0] + [groups.index(name) + 1 for name in names])
+    order = np.argsort(of, kind="stable")
+    return groups, order, np.searchsorted(of[order], np.arange(len(groups) + 1))
 
 
 def _stand_ins(letters: str) -> list[str]:

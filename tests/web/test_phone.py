@@ -9,7 +9,7 @@ from urllib.parse import urlsplit
 
 import numpy as np
 import pytest
-from browser import CHROMIUM, axe, kept
+from browser import axe
 from PIL import Image
 from studio_process import start_studio
 
@@ -137,51 +137,49 @@ def test_photographs_of_one_name_are_told_apart_and_none_is_there_twice(studio, 
     assert status == 409 and "20 photographs" in told["error"]
 
 
-def test_a_phone_takes_photographs_which_are_on_the_computer_s_page_at_once(studio, small_scan, tmp_path):
-    sync_api = pytest.importorskip("playwright.sync_api")
-    with sync_api.sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
-        desk = browser.new_page(viewport={"width": 1280, "height": 800})
-        desk.goto(studio.link)
-        code = desk.get_by_role("img", name="A code for the camera of a phone")
-        code.wait_for()
-        assert studio.phone in code.get_attribute("aria-label") and axe(desk) == []
-        kept(desk, "own-phone", 300)
-        read = code.screenshot(path=str(tmp_path / "code.png"))
-        import cv2
+def test_a_phone_takes_photographs_which_are_on_the_computer_s_page_at_once(
+    studio, small_scan, tmp_path, playwright, browser
+):
+    desk = browser.new_page(viewport={"width": 1280, "height": 800})
+    desk.goto(studio.link)
+    code = desk.get_by_role("img", name="A code for the camera of a phone")
+    code.wait_for()
+    assert studio.phone in code.get_attribute("aria-label") and axe(desk) == []
+    read = code.screenshot(path=str(tmp_path / "code.png"))
+    import cv2
 
-        assert cv2.QRCodeDetector().detectAndDecode(cv2.imdecode(np.frombuffer(read, np.uint8), 1))[0] == studio.phone
-        one = browser.new_context(**playwright.devices["iPhone 13"]).new_page()
-        faults = []
-        one.on("pageerror", lambda error: faults.append(str(error)))
-        one.goto(studio.phone)
-        scan = str(small_scan.scan)
-        (tmp_path / "noise.jpg").write_bytes(photograph(4))
-        (tmp_path / "photo.heic").write_bytes(b"\0\0\0\x18ftypheic" + bytes(40))
-        one.get_by_label("Take a photograph").set_input_files(str(tmp_path / "noise.jpg"))
-        one.get_by_label("Choose photographs").set_input_files([scan, str(tmp_path / "photo.heic")])
-        one.get_by_text("It is on the computer.").nth(1).wait_for()
-        one.get_by_text("Most Compatible").wait_for()
-        assert axe(one) == [] and faults == []
-        for label in ("Take a photograph", "Choose photographs"):
-            assert one.get_by_label(label).bounding_box()["height"] >= 44
-        kept(one, "phone", 300)
-        desk.get_by_role("img", name="The photograph noise.jpg").wait_for()
-        desk.get_by_text("One phone has opened the page. 2 photographs came.").wait_for()
-        desk.reload()  # what came is there still
-        desk.get_by_role("button", name="Take noise.jpg away").click()
-        desk.get_by_role("img", name="The photograph noise.jpg").wait_for(state="detached")
-        desk.get_by_text("Not one of our sheets?").click()
-        desk.get_by_label("What is written on it").fill(small_scan.text.read_text(encoding="utf-8"))
-        desk.get_by_label("What shall it be called?").fill("phoned")
-        desk.get_by_role("button", name="Read my handwriting").click()
-        desk.locator(".found-pages img").wait_for(timeout=180_000)
-        desk.get_by_role("button", name="Photograph", exact=True).click()
-        desk.get_by_role("button", name="Switch it off").click()
-        desk.get_by_role("button", name="Photograph with your phone").wait_for()
-        one.get_by_role("button", name="Send photo.heic again").click()
-        one.get_by_text("it was switched off there").wait_for()
-        browser.close()
+    assert cv2.QRCodeDetector().detectAndDecode(cv2.imdecode(np.frombuffer(read, np.uint8), 1))[0] == studio.phone
+    one = browser.new_context(**playwright.devices["iPhone 13"]).new_page()
+    faults = []
+    one.on("pageerror", lambda error: faults.append(str(error)))
+    one.goto(studio.phone)
+    scan = str(small_scan.scan)
+    (tmp_path / "noise.jpg").write_bytes(photograph(4))
+    (tmp_path / "photo.heic").write_bytes(b"\0\0\0\x18ftypheic" + bytes(40))
+    one.get_by_label("Take a photograph").set_input_files(str(tmp_path / "noise.jpg"))
+    one.get_by_label("Choose photographs").set_input_files([scan, str(tmp_path / "photo.heic")])
+    one.get_by_text("It is on the computer.").nth(1).wait_for()
+    one.get_by_text("Most Compatible").wait_for()
+    assert axe(one) == [] and faults == []
+    for label in ("Take a photograph", "Choose photographs"):
+        assert one.get_by_label(label).bounding_box()["height"] >= 44
+    desk.get_by_role("img", name="The photograph noise.jpg").wait_for()
+    desk.get_by_text("One phone has opened the page. 2 photographs came.").wait_for()
+    desk.reload()  # what came is there still
+    desk.get_by_role("button", name="Take noise.jpg away").click()
+    desk.get_by_role("img", name="The photograph noise.jpg").wait_for(state="detached")
+    desk.get_by_text("Not one of our sheets?").click()
+    desk.get_by_label("What is written on it").fill(small_scan.text.read_text(encoding="utf-8"))
+    desk.get_by_label("What shall it be called?").fill("phoned")
+    desk.get_by_role("button", name="Read my handwriting").click()
+    desk.locator(".found-pages img").wait_for(timeout=180_000)
+    desk.get_by_role("button", name="Photograph", exact=True).click()
+    desk.get_by_role("button", name="Switch it off").click()
+    desk.get_by_role("button", name="Photograph with your phone").wait_for()
+    one.get_by_role("button", name="Send photo.heic again").click()
+    one.get_by_text("it was switched off there").wait_for()
+    one.close()
+    desk.close()
     assert there(studio) == [], "what was read is not kept beside its hand"
     with pytest.raises(OSError):
         ask(studio, "GET", "")

@@ -1,9 +1,10 @@
 """The page Calibration by real events: a chart is printed, wrong scans of it are given, and shown with their faults."""
 
 import io
+from pathlib import Path
 
 import pytest
-from browser import CHROMIUM, axe, kept
+from browser import CHROMIUM, SHOTS, axe
 
 pytestmark = [
     pytest.mark.slow,
@@ -47,7 +48,8 @@ def test_a_chart_is_printed_and_its_scans_are_judged(page, chart):
         "cropped.png" in page.locator(".findings").inner_text() and "/tmp" not in page.locator(".findings").inner_text()
     )
     page.evaluate("document.querySelector('.calibration').scrollTop = 170")
-    kept(page, "calibration")
+    if SHOTS:
+        page.screenshot(path=str(Path(SHOTS) / "calibration-desk-light.png"))
     assert axe(page) == []
     given(page, chart.point(lambda value: 255), "wrong.png")
     page.locator(".findings .bad", has_text="marks").wait_for()

@@ -1,11 +1,10 @@
 """Every state of the studio's pages, on a desk and on a phone, light and dark: axe-core finds nothing.
 
-With STUDIO_PICTURES=FOLDER each state is kept there as studio-STATE-SIZE-THEME.png; docs/pictures/make.sh does so.
+With STUDIO_PICTURES=FOLDER each state is kept there as STATE-SIZE-THEME.png; docs/pictures/make.sh does so.
 """
 
 import re
 import shutil
-from contextlib import suppress
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -22,19 +21,15 @@ SIZES = {"desk": {"width": 1280, "height": 800}, "phone": {"width": 390, "height
 
 
 @pytest.fixture(scope="module")
-def studio(tmp_path_factory, small_hand_file):
+def studio(tmp_path_factory, small_hand_file, browser):
     folder = tmp_path_factory.mktemp("looks")
     shutil.copy(small_hand_file, folder / "mine.hand")
     process, link = start_studio(folder, str(folder / "mine.hand"))
-    sync_api = pytest.importorskip("playwright.sync_api")
-    with sync_api.sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
-        page = browser.new_page()
-        page.goto(link)  # a link lets one browser in, which all sizes and themes below share
-        page.wait_for_selector("nav a")
-        known = page.context.storage_state()
-        yield SimpleNamespace(browser=browser, home=link.split("#")[0], known=known, Timeout=sync_api.TimeoutError)
-        browser.close()
+    page = browser.new_page()
+    page.goto(link)  # a link lets one browser in, which all sizes and themes below share
+    page.wait_for_selector("nav a")
+    yield SimpleNamespace(browser=browser, home=link.split("#")[0], known=page.context.storage_state())
+    page.context.close()
     process.terminate()
     process.wait()
 
@@ -53,6 +48,10 @@ def states(page, home):
 
     at("home")
     page.locator(".scene img").wait_for()
+    for name in ("draft", "batch", "own", "texts", "style"):  # nothing is left of the size and theme before
+        with page.expect_response(f"**/api/drafts/{name}"):
+            keep = f"keep('{name}', {{}}, document.createElement('p'))"
+            page.evaluate(f"import('./drafts.js').then(drafts => drafts.{keep})")
     yield "start"
     at("jobs")
     yield "jobs-empty"
@@ -74,10 +73,10 @@ def states(page, home):
     page.get_by_label("Connected at").select_option("sim:?realtime=1")
     press(page, "Draw", exact=True)
     page.locator(".bed .nib:not([hidden])").wait_for()
-    page.wait_for_timeout(1500 if SHOTS else 0)
+    page.wait_for_timeout(9000 if SHOTS else 0)
     press(page, "Pause")
     page.get_by_text("The plot pauses, its pen lifted.").wait_for()
-    yield "jobs-paused"
+    yield "jobs"
     press(page, "Stop")
     page.get_by_text("It ended: it was stopped at the page.").wait_for()
     page.get_by_text("More", exact=True).click()
@@ -133,6 +132,10 @@ def states(page, home):
     at("calibration")
     yield "calibration-empty"
     at("calibration/sim/white")
+    page.get_by_text(" of 6: ").wait_for()
+    if (afresh := page.get_by_role("button", name="Start afresh")).count():  # begun in another size or theme
+        afresh.click()
+        page.get_by_text("1 of 6: ").wait_for()
     press(page, "Let the simulated printer")
     page.get_by_role("button", name="Let the simulated scanner").wait_for()
     yield "calibration-step"
@@ -156,8 +159,7 @@ def test_axe_finds_nothing_in_any_state(studio, size, theme):
     wrong = {}
     for name in states(page, studio.home):
         if SHOTS:
-            with suppress(studio.Timeout):
-                page.wait_for_load_state("networkidle", timeout=4000)
+            page.wait_for_timeout(3000)  # what is written and drawn while one looks is there
             page.screenshot(path=str(Path(SHOTS) / f"{name}-{size}-{theme}.png"), full_page=touch)
         if found := axe(page):
             wrong[name] = found

@@ -5,7 +5,7 @@ import json
 from pathlib import Path
 
 import pytest
-from browser import CHROMIUM, axe, kept
+from browser import CHROMIUM, axe
 
 pytestmark = [
     pytest.mark.slow,
@@ -45,7 +45,6 @@ def downloaded(page, kind):
 
 def test_targets_and_ellipses_are_dragged_and_all_is_undone(desk):
     page = desk
-    kept(page, "style")
     assert axe(page) == []
     x, y = centre(page, "circle.target", 3)
     page.mouse.move(x, y)
@@ -87,7 +86,6 @@ def test_styles_stand_side_by_side_and_one_is_written_with(page):
     page.get_by_text("round, upright and slow").wait_for()
     page.get_by_label("The word", exact=True).fill("hello")
     page.locator("canvas[data-shown=hello]").nth(5).wait_for()
-    kept(page, "styles")
     assert axe(page) == []
     page.get_by_role("link", name="Change calm").press("Enter")
     solved(page)

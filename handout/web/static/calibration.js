@@ -1,5 +1,11 @@
 // The page Calibration: chart and strip printed, scans dropped, what was found drawn on them, before and after, history.
 
+/** @import { Show, Snapshot } from './types' */
+/** @typedef {{severity: string, sentence: string, where?: string, at: [number, number][]}} Finding */
+/** @typedef {{width: number, height: number, faults?: Finding[], unread?: [number, number][][], label: string, dpi: number, used: number, patches: number, marks: number}} Scan */
+/** @typedef {{printer: string, paper: string, made: string, age_days: number, report: boolean, verified?: Check, pen: any, scanner?: string, shades: Shades[]}} Stored */
+/** @typedef {{before: {mean: number}, after: {mean: number}}} Check */
+/** @typedef {[string, ...string[][]]} Shades */
 import { blob, fileOf, request, task, upload } from './api.js';
 import { button as plain, choice, field, guarded, h, handChoice, more as folded, picker, refusal as refusals, s, save, say, steps as row, tick } from './dom.js';
 import { picture as shown, progress } from './work.js';
@@ -9,10 +15,12 @@ const PRINTS = ['print the chart', 'print the verification strip'];
 const SCANS = ['scan the chart', 'scan the verification strip'];
 const ROWS = ['printed as it is', 'as wanted', 'through the calibration'];
 /** What a step is called on its button. */
+/** @type {Record<string, string>} */
 const TITLES = { 'print the chart': 'Print', 'scan the chart': 'Scan', 'build the table': 'Work it out', 'print the verification strip': 'Print a check', 'scan the verification strip': 'Scan it', 'store the calibration': 'Keep' };
+/** @type {Record<string, string>} */
 const SEVERE = { refuse: 'bad', warn: 'warned' };
 
-/** Colours in three rows that touch, so that differences are seen. */
+/** Colours in three rows that touch, so that differences are seen.  @param {Shades} shades */
 function swatches([name, ...rows]) {
   const wide = Math.max(1, rows[0].length);
   const bars = rows.flatMap((row, y) => row.map((fill, x) => s('rect', { x, y, width: 1, height: 1, fill })));
@@ -21,17 +29,17 @@ function swatches([name, ...rows]) {
       h('div', { class: 'quiet named', 'aria-hidden': 'true' }, ROWS.map((row) => h('span', {}, row)))));
 }
 
-const difference = ({ before, after }) => `Colours are off by ${before.mean.toFixed(1)} without, by ${after.mean.toFixed(1)} with it (ΔE00; 1 is hardly seen)`;
+const difference = (/** @type {Check} */ { before, after }) => `Colours are off by ${before.mean.toFixed(1)} without, by ${after.mean.toFixed(1)} with it (ΔE00; 1 is hardly seen)`;
 
-function findings(list) {
+function findings(/** @type {Finding[]} */ list) {
   return h('ul', { class: 'findings' }, list.map((one) => h('li', { class: SEVERE[one.severity] }, one.sentence, one.where ? h('span', { class: 'quiet' }, ` ${one.where}`) : '')));
 }
 
-/** The picture of a scan, with what was found and what is wrong over it. */
+/** The picture of a scan, with what was found and what is wrong over it.  @param {Snapshot} done @param {Scan} picture @param {number} number */
 async function pictured(done, picture, number) {
   const href = URL.createObjectURL(await blob(fileOf(done, number)));
   const { width, height, faults = [], unread = [] } = picture;
-  const shape = (points, kind) => s('polygon', { class: kind, points: points.map(([x, y]) => [x * width, y * height]).join(' ') });
+  const shape = (/** @type {[number, number][]} */ points, /** @type {string} */ kind) => s('polygon', { class: kind, points: points.map(([x, y]) => [x * width, y * height]).join(' ') });
   // what lies beyond the scan is shown too: there the page was cut off
   const [xs, ys] = [0, 1].map((k) => [0, 1, ...[...faults.flatMap((one) => one.at), ...unread.flat()].map((at) => Math.min(1.6, Math.max(-0.6, at[k])))]);
   const [left, top] = [Math.min(...xs) * width, Math.min(...ys) * height];
@@ -44,7 +52,7 @@ async function pictured(done, picture, number) {
   return h('figure', { class: 'found' }, over, h('figcaption', { class: 'quiet' }, told));
 }
 
-async function penned(done, pen, number) {
+async function penned(/** @type {Snapshot} */ done, /** @type {any} */ pen, /** @type {number} */ number) {
   if (!pen) return h('p', { class: 'quiet' }, 'Nothing is written in the frame.');
   const swatch = pen.colour ? s('svg', { class: 'pen', viewBox: '0 0 2 1', preserveAspectRatio: 'none', role: 'img', 'aria-label': `The pen is ${pen.colour} on paper of ${pen.paper}` }, s('rect', { width: 1, height: 1, fill: pen.colour }), s('rect', { x: 1, width: 1, height: 1, fill: pen.paper })) : '';
   return h('figure', { class: 'frame-of-pen' }, h('figcaption', {}, h('strong', {}, 'The pen in the frame '), pen.colour ? `${pen.colour} ` : '', swatch),
@@ -52,9 +60,10 @@ async function penned(done, pen, number) {
     pen.said ? h('p', { class: pen.doubtful ? 'warned' : 'quiet' }, pen.said) : '');
 }
 
+/** @type {Show} */
 export async function show(main, shared, [printerWanted, paperWanted]) {
   main.append(h('h1', { class: 'hidden' }, 'Calibration'), h('p', { class: 'middle quiet' }, 'Looking at what is calibrated …'));
-  const known = await request('GET', '/api/calibrations');
+  const known = /** @type {{printers: {name: string, title: string}[], stored: Stored[], simulated: {papers: string[], faults: object}}} */ (await request('GET', '/api/calibrations'));
   /** @type {any} */
   let state = null;
 
@@ -77,19 +86,19 @@ export async function show(main, shared, [printerWanted, paperWanted]) {
   const history = h('section', { class: 'panel', 'aria-label': 'Printers that are set up' });
 
   const asked = (more = {}) => ({ printer: printer.value, paper: paper.value.trim(), sheet: sheet.value, ...(hand.value ? { hand: hand.value } : {}), accept: accept.checked, ...(state ? { step: state.step } : {}), ...more });
-  const button = (label, work_, main_ = false) => plain(label, () => act(work_), main_);
+  const button = (/** @type {string} */ label, /** @type {() => any} */ work_, main_ = false) => plain(label, () => act(work_), main_);
 
-  /** A step, with its progress; what it refuses stands in the panel. */
+  /** A step, with its progress; what it refuses stands in the panel.  @param {string} path @param {object} more @param {string} label */
   async function step(path, more, label) {
     heard({ stage: label });
     return run((hears, signal) => task(`/api/calibration/${path}`, asked(more), ({ stage }) => hears({ stage }), signal));
   }
-  async function act(work_) {
+  async function act(/** @type {() => any} */ work_) {
     refusal.textContent = '';
     for (const one of panel.querySelectorAll('button')) one.disabled = true;
     try {
       await work_();
-    } catch (error) {
+    } catch (/** @type {any} */ error) {
       refusal.textContent = error.name === 'AbortError' ? 'It was cancelled; what was done before is kept.' : error.message;
       if (error.message.includes('elsewhere')) await opened().catch(() => {});
     }
@@ -101,16 +110,16 @@ export async function show(main, shared, [printerWanted, paperWanted]) {
     take(await step('state', { afresh }, 'looking'));
     if (state.resumed && !afresh && state.number > 1) panel.prepend(h('p', { class: 'quiet' }, `Going on with what was begun on ${state.begun.slice(0, 16).replace('T', ' at ')}. `, button('Start afresh', () => opened(true))));
   }
-  function take(done) { state = done.facts; draw(); }
+  function take(/** @type {Snapshot} */ done) { state = done.facts; draw(); }
 
-  async function printed(toPrinter) {
+  async function printed(/** @type {boolean} */ toPrinter) {
     const done = await step('pages', { to_printer: toPrinter }, toPrinter ? 'printing' : 'making the page');
     if (!toPrinter) save(await blob(fileOf(done)), done.facts.files[0]);
     take(done);
   }
 
-  async function scanned(files) {
-    const ids = [];
+  async function scanned(/** @type {File[]} */ files) {
+    const ids = /** @type {string[]} */ ([]);
     try {
       for (const file of files) {
         heard({ stage: `sending ${file.name}` });
@@ -124,9 +133,9 @@ export async function show(main, shared, [printerWanted, paperWanted]) {
     }
   }
 
-  async function found(done) {
+  async function found(/** @type {Snapshot} */ done) {
     const { facts } = done;
-    const parts = await Promise.all(facts.pictures.map((one, at) => pictured(done, one, at)));
+    const parts = await Promise.all(/** @type {Scan[]} */ (facts.pictures).map(async (one, at) => pictured(done, one, at)));
     if ('pen' in facts) parts.push(await penned(done, facts.pen, facts.files.length - 1));
     if (facts.verified) {
       parts.push(h('h2', {}, 'Before and after'), h('p', {}, difference(facts.verified)), ...facts.shades.map(swatches), h('p', {}, facts.verified.verdict), h('p', { class: 'quiet' }, facts.verified.lines.join(' ')));
@@ -156,11 +165,11 @@ export async function show(main, shared, [printerWanted, paperWanted]) {
 
   function draw() {
     const title = TITLES[state.step], done = state.number > state.steps.length;
-    steps.replaceChildren(row(state.steps.map((one) => TITLES[one] ?? one), state.number - 1, 0, () => {}));
+    steps.replaceChildren(row(state.steps.map((/** @type {string} */ one) => TITLES[one] ?? one), state.number - 1, 0, () => {}));
     what.open = false;
     about.textContent = `${printer.selectedOptions[0]?.textContent.split(':')[0]}, ${paper.value} paper`;
     const said = state.step === 'store the calibration' ? 'The colours are right now: keep this, and pages for this printer go through it.' : state.request;
-    const parts = [h('h2', {}, done ? 'Done' : `${state.number} of ${state.steps.length}: ${title ?? state.step}`), h('ul', { class: 'told-steps' }, said.split(/(?<=\.) (?=[A-Z])/).map((one) => h('li', {}, one)))];
+    const parts = /** @type {HTMLElement[]} */ ([h('h2', {}, done ? 'Done' : `${state.number} of ${state.steps.length}: ${title ?? state.step}`), h('ul', { class: 'told-steps' }, /** @type {string} */ (said).split(/(?<=\.) (?=[A-Z])/).map((one) => h('li', {}, one)))]);
     const once = () => button('Keep it without a check', stored), back = () => button('Scan the chart again', async () => take(await step('back', {}, 'going back')));
     if (PRINTS.includes(state.step)) {
       const self = state.writes_files;
@@ -179,12 +188,12 @@ export async function show(main, shared, [printerWanted, paperWanted]) {
     panel.replaceChildren(...parts);
   }
 
-  const report = (of, made) => guarded(refusal, async () => {
+  const report = (/** @type {Stored} */ of, /** @type {string} */ made) => guarded(refusal, async () => {
     const done = await task('/api/calibration/report', { printer: of.printer, paper: of.paper, made }, () => {});
     save(await blob(fileOf(done)), `calibration-${of.printer}-${of.paper}.html`);
   })();
   function past() {
-    const groups = new Map();
+    const groups = /** @type {Map<string, Stored[]>} */ (new Map());
     for (const one of known.stored) groups.set(`${one.printer} on ${one.paper}`, [...(groups.get(`${one.printer} on ${one.paper}`) || []), one]);
     history.replaceChildren(h('h2', {}, 'Printers that are set up'), ...(groups.size ? [] : [h('p', { class: 'quiet' }, 'None yet. Each stands here with its colours before and after.')]), ...[...groups].map(([name, list]) => h(
       'details', { open: groups.size < 3 }, h('summary', {}, h('strong', {}, name), ` ${list.length > 1 ? `${list.length} times, ` : ''}${list[0].age_days ? `${list[0].age_days} days ago` : 'today'}`),

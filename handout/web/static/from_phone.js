@@ -1,14 +1,16 @@
 // Photographs that a phone sends: a switch, the code that it scans, and what came.
 
+/** @typedef {{link: string, phones: number, until: number, code: {size: number, path: string}, photographs: {id: string, name: string}[]}} Live */
+/** @typedef {{id: string, state: string, live: Live}} Open */
 import { blob, follow, request } from './api.js';
 import { button, guarded, h, refusal, s, say } from './dom.js';
 
-/** `given` hears each photograph once: {id, name, small}, its small picture. It ends with `signal`. */
+/** `given` hears each photograph once: {id, name, small}, its small picture. It ends with `signal`.  @param {(one: {id: string, name: string, small: HTMLImageElement}) => void} given @param {AbortSignal} signal */
 export function fromPhone(given, signal) {
   const place = h('div', { class: 'phone' }), wrong = refusal(), known = new Set();
   const on = button('Photograph with your phone', () => begin('POST'));
 
-  function hear({ id, state, live }) {
+  function hear(/** @type {Open} */ { id, state, live }) {
     if (state === 'running') showCode(id, live); else place.replaceChildren(on, wrong);
     for (const one of live.photographs.filter((each) => !known.has(each.id))) {
       known.add(one.id);
@@ -19,7 +21,7 @@ export function fromPhone(given, signal) {
   }
 
   const phones = h('p', { role: 'status' });
-  function showCode(id, live) {
+  function showCode(/** @type {string} */ id, /** @type {Live} */ live) {
     phones.textContent = live.phones ? `${live.phones === 1 ? 'One phone has' : `${live.phones} phones have`} opened the page. ${live.photographs.length || 'No'} photograph${live.photographs.length === 1 ? '' : 's'} came.${live.phones > 1 ? ' If only one of them is yours, switch it off.' : ''}` : 'No phone has opened the page yet.';
     if (place.dataset.link === live.link && place.querySelector('svg')) return;
     place.dataset.link = live.link;
@@ -33,13 +35,13 @@ export function fromPhone(given, signal) {
         phones, button('Switch it off', () => request('DELETE', `/api/tasks/${id}`).catch((error) => say(error.message)))));
   }
 
-  const begin = guarded(wrong, async (method) => {
+  const begin = guarded(wrong, async (/** @type {string} */ method) => {
     try {
       const { task } = await request(method, '/api/phone', undefined, signal);
       if (!task) return;
       hear(task);
-      if (task.state === 'running') for await (const snapshot of follow(task.id, signal)) hear(snapshot);
-    } catch (error) {
+      if (task.state === 'running') for await (const snapshot of follow(task.id, signal)) hear(/** @type {any} */ (snapshot));
+    } catch (/** @type {any} */ error) {
       place.replaceChildren(on, wrong);
       throw error;
     }

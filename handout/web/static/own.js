@@ -1,5 +1,7 @@
 // The page My own handwriting: sheets are printed, photographed and read; what was found is shown, ten letters are asked about.
 
+/** @import { Hand, Heard, Show } from './types' */
+/** @typedef {((label: string, step: number, main?: boolean) => HTMLButtonElement) & {go: (step: number) => void}} Onward */
 import { blob, fileOf, request, task, upload } from './api.js';
 import { button, choice, field, guarded, h, more, picker, refusal, s, save, say, steps, tick } from './dom.js';
 import * as drafts from './drafts.js';
@@ -10,7 +12,7 @@ const TAKEN = '.png,.jpg,.jpeg,.tif,.tiff,.pdf,.webp,.bmp,.hand';
 const STEPS = ['Print', 'Photograph', 'Look', 'Ten letters', 'Write'];
 const QUESTIONS = 10;
 
-/** A new hand; with `own`, the names of hands that more pages may be added to. */
+/** A new hand; with `own`, the names of hands that more pages may be added to.  @param {(name: string, said: string[]) => any} made @param {string[]} own @param {{texts?: Record<string, string>}} typed @param {AbortSignal} signal */
 function reader(made, own, typed, signal) {
   const into = choice(['', ...own], { '': 'a new handwriting', ...Object.fromEntries(own.map((name) => [name, `more of ${name}`])) });
   const free = ['my-hand', ...own.map((_, at) => `my-hand-${at + 2}`)].find((one) => !own.includes(one));
@@ -21,12 +23,12 @@ function reader(made, own, typed, signal) {
   const wrong = refusal(), unkept = refusal();
   const go = h('button', { class: 'main' }, 'Read my handwriting');
   const { line, run } = progress();
-  const scans = [], texts = typed.texts || {}; // name of a file → what was typed of it, until it is read
+  const scans = /** @type {{file: File, text: HTMLTextAreaElement, id?: string}[]} */ ([]), texts = typed.texts || {}; // name of a file → what was typed of it, until it is read
   const drop = picker('Photographs or scans', 'Drop them here: JPEG, PNG, TIFF or PDF; or a .hand file that was saved.', { multiple: true, accept: TAKEN }, (files) => files.forEach((file) => add(file)));
-  const phone = fromPhone(({ id, name: called, small }) => add({ name: called }, id, small), signal);
+  const phone = fromPhone(({ id, name: called, small }) => add(/** @type {File} */ ({ name: called }), id, small), signal);
 
   /** A file of this computer's, or a photograph that is with the studio already: its number there, and a small picture. */
-  function add(file, id = undefined, small = undefined) {
+  function add(/** @type {File} */ file, id = /** @type {string | undefined} */ (undefined), small = /** @type {Node | undefined} */ (undefined)) {
     const text = h('textarea', { rows: 4, oninput() { texts[file.name] = text.value; keep(); } });
     text.value = texts[file.name] || '';
     const scan = { file, text, id };
@@ -41,8 +43,8 @@ function reader(made, own, typed, signal) {
 
   const keep = () => drafts.keep('texts', { texts }, unkept);
 
-  async function read(heard, signal) {
-    const ids = [], gone = (id) => request('DELETE', `/api/uploads/${id}`).catch(() => {});
+  async function read(/** @type {Heard} */ heard, /** @type {AbortSignal} */ signal) {
+    const ids = /** @type {string[]} */ ([]), gone = (/** @type {string} */ id) => request('DELETE', `/api/uploads/${id}`).catch(() => {});
     try {
       const done = await readFrom(ids, heard, signal);
       scans.forEach(({ id }) => id && gone(id)); // the phone's are there until they are read
@@ -52,6 +54,7 @@ function reader(made, own, typed, signal) {
     }
   }
 
+  /** @param {string[]} ids @param {Heard} heard @param {AbortSignal} signal @returns {Promise<{facts: any, said?: string[]}>} */
   async function readFrom(ids, heard, signal) {
     for (const { file, id } of scans) {
       if (id) { ids.push(id); continue; }
@@ -65,7 +68,7 @@ function reader(made, own, typed, signal) {
     return into.value ? task(`/api/hands/${into.value}/pages`, body, heard, signal) : task('/api/hands', { name: name.value, ...body }, heard, signal);
   }
 
-  async function submit(event) {
+  async function submit(/** @type {Event} */ event) {
     event.preventDefault();
     wrong.textContent = '';
     if (!scans.length) { wrong.textContent = 'Give a photograph, a scan or a .hand file first.'; return; }
@@ -76,7 +79,7 @@ function reader(made, own, typed, signal) {
       for (const { file } of scans) delete texts[file.name];
       keep();
       await made(name_, lasting);
-    } catch (error) {
+    } catch (/** @type {any} */ error) {
       wrong.textContent = error.name === 'AbortError' ? 'It was cancelled.' : error.message;
     } finally {
       go.disabled = false;
@@ -91,14 +94,14 @@ function reader(made, own, typed, signal) {
     more('More', h('div', { class: 'grid' }, field('Dots per inch of the scans', dpi)), keeping), wrong, unkept, h('div', { class: 'row' }, go), line);
 }
 
-function sheets(hands, { printed, written }, onward) {
+function sheets(/** @type {Hand[]} */ hands, /** @type {{printed: boolean, written: () => void}} */ { printed, written }, /** @type {Onward} */ onward) {
   const hand = choice(['', ...hands.map((one) => one.name)], { '': 'all letters', ...Object.fromEntries(hands.map((one) => [one.name, `letters that ${one.name} lacks`])) });
   const pages = choice(['', '1', '2', '8'], { '': 'four: half an hour', 1: 'one, to try', 2: 'two', 8: 'eight, for one that repeats little' });
   const page = choice(['A4', 'letter'], { letter: 'US letter' });
   const wrong = refusal(), next = onward('Next: photograph it', 1, printed), go = h('button', { class: printed ? undefined : 'main' }, printed ? 'Make them once more' : 'Make the sheets');
   const { line, run } = progress();
   if (/^en-(US|CA)/.test(navigator.language)) page.value = 'letter';
-  async function submit(event) {
+  async function submit(/** @type {Event} */ event) {
     event.preventDefault();
     wrong.textContent = ''; go.disabled = true;
     const body = { page: page.value, ...(hand.value ? { hand: hand.value } : {}), ...(pages.value ? { pages: Number(pages.value) } : {}) };
@@ -108,7 +111,7 @@ function sheets(hands, { printed, written }, onward) {
       say(`Saved sheets.pdf: ${done.facts.pages} pages, about ${Math.round(done.facts.minutes)} minutes of writing.`);
       go.className = ''; next.className = 'main'; // one thing at a time: they are printed and written on now
       written();
-    } catch (error) {
+    } catch (/** @type {any} */ error) {
       wrong.textContent = error.name === 'AbortError' ? '' : error.message;
     } finally {
       go.disabled = false;
@@ -120,26 +123,26 @@ function sheets(hands, { printed, written }, onward) {
     wrong, line, h('div', { class: 'row' }, go, next), h('p', { class: 'quiet' }, 'Print them at 100 %. You have something written already? Go on: give a picture of it, and its text.'));
 }
 
-/** The pages of a hand with what was found drawn on them, and what is doubtful. */
+/** The pages of a hand with what was found drawn on them, and what is doubtful.  @param {string} name @param {string[]} said @param {Onward} onward */
 function lookStep(name, said, onward) {
   const place = h('div', { class: 'found-pages', 'aria-live': 'polite' }, h('p', { class: 'quiet' }, 'Drawing what was found …'), h('span', { class: 'skeleton' })), { line, run } = progress();
   run((heard, signal) => task(`/api/hands/${name}/check`, {}, heard, signal)).then(async (done) => {
     const { facts } = done, doubtful = facts.doubtful?.length ?? 0;
-    const pictures = await Promise.all(facts.files.map(async (_, at) => picture(await blob(fileOf(done, at)), `Page ${at + 1} with the letters that were found`)));
+    const pictures = await Promise.all(/** @type {string[]} */ (facts.files).map(async (_, at) => picture(await blob(fileOf(done, at)), `Page ${at + 1} with the letters that were found`)));
     place.replaceChildren(h('p', {}, `${facts.glyphs} letters were found, ${doubtful} of them doubtful: orange, and red where they are probably wrong.`), ...said.map((one) => h('p', { class: 'quiet' }, one)),
-      ...(facts.unclear?.length ? [h('p', { class: 'warned' }, `Strangers may take these for others: ${facts.unclear.map((one) => one.letter ?? one).join(' ')}. The next step asks about them.`)] : []),
+      ...(facts.unclear?.length ? [h('p', { class: 'warned' }, `Strangers may take these for others: ${facts.unclear.map((/** @type {any} */ one) => one.letter ?? one).join(' ')}. The next step asks about them.`)] : []),
       ...pictures);
   }).catch((error) => { const wrong = refusal(); place.replaceChildren(wrong); wrong.textContent = error.message; });
   return [h('h1', {}, 'This was found'), h('p', { class: 'quiet' }, 'Is every line there? If half of it is missing, photograph the sheet again in better light: from above, all of it, without a shadow.'), line, place,
     h('div', { class: 'row between onward' }, h('a', { class: 'button', href: `#letters/${encodeURIComponent(name)}` }, 'Correct letters'), onward('Next: ten letters', 3, true))];
 }
 
-/** Rows of letters that may read badly, each to be kept or not to be written any more. */
+/** Rows of letters that may read badly, each to be kept or not to be written any more.  @param {string} name @param {Onward} onward */
 function askStep(name, onward) {
   const place = h('div', { class: 'questions', 'aria-live': 'polite' }, h('p', { class: 'quiet' }, 'Writing words in your hand, and reading them as a stranger would: about ten seconds …'), h('span', { class: 'skeleton' })), { line, run } = progress();
   const wrong = refusal();
   run((heard, signal) => task(`/api/hands/${name}/check`, { questions: QUESTIONS }, heard, signal)).then(async (done) => {
-    const { questions } = done.facts;
+    const questions = /** @type {{letter: string}[]} */ (done.facts.questions);
     if (!questions.length) { place.replaceChildren(h('p', {}, 'No letter of yours reads badly: there is nothing to ask.'), onward('Next: write', 4, true)); skip.hidden = true; return; }
     const sheet = await blob(fileOf(done)), bitmap = await createImageBitmap(sheet), high = bitmap.height / questions.length, { width } = bitmap;
     const href = URL.createObjectURL(sheet);
@@ -159,14 +162,15 @@ function askStep(name, onward) {
   return [h('h1', {}, 'Do these letters read well?'), h('p', { class: 'quiet' }, 'Each row is a letter of yours: as it stands on your page, then in words that were written with it, an orange mark below it. Press where you would not read it as that letter; leave the others.'), line, place, wrong, h('div', { class: 'row onward' }, skip)];
 }
 
+/** @type {Show} */
 export async function show(main, shared, [asked] = []) {
   const draft = { step: 0, hand: '', ...await drafts.kept('own') }, texts = await drafts.kept('texts');
   const wrong = refusal(), head = h('div', {}), body = h('section', { class: 'flow-body step' });
   const own = () => shared.choices.hands.filter((hand) => hand.own).map((hand) => hand.name);
-  const keep = (values) => { Object.assign(draft, values); drafts.keep('own', { ...draft }, wrong); };
-  const go = (step) => { keep({ step }); draw(); };
-  const onward = Object.assign((label, step, main_ = false) => button(label, () => go(step), main_), { go });
-  const read = async (name, said) => { await shared.refresh(); Object.assign(draft, { hand: name, said }); go(2); };
+  const keep = (/** @type {object} */ values) => { Object.assign(draft, values); drafts.keep('own', { ...draft }, wrong); };
+  const go = (/** @type {number} */ step) => { keep({ step }); draw(); };
+  const onward = Object.assign((/** @type {string} */ label, /** @type {number} */ step, main_ = false) => button(label, () => go(step), main_), { go });
+  const read = async (/** @type {string} */ name, /** @type {string[]} */ said) => { await shared.refresh(); Object.assign(draft, { hand: name, said }); go(2); };
   function writeStep() {
     const { line, run } = progress();
     return [h('h1', {}, 'Write in your hand'), lineIn(draft.hand, 'A line', run, async () => {}, (error) => { wrong.textContent = error?.message || ''; }), line,

@@ -11,6 +11,7 @@ const list = h('ol', { class: 'sent', 'aria-label': 'Photographs' });
 let turn = Promise.resolve(); // one after the other: a slow network is not made slower
 
 /** Sends a file, says how far it has come, and gives the computer's answer. Fetch would not say how far. */
+/** @param {File} file @param {(share: number) => void} heard @returns {Promise<any>} */
 function sending(file, heard) {
   return new Promise((ends, fails) => {
     const asked = new XMLHttpRequest();
@@ -18,7 +19,7 @@ function sending(file, heard) {
     asked.upload.onprogress = (event) => heard(event.loaded / event.total);
     asked.onerror = () => fails(new Error(GONE));
     asked.onload = () => {
-      let told = {};
+      let told = /** @type {{error?: string}} */ ({});
       try { told = JSON.parse(asked.responseText); } catch { /* no sentence came */ }
       if (asked.status === 200) ends(told);
       else fails(new Error(asked.status === 404 ? GONE : told.error || `The computer answered ${asked.status}.`));
@@ -27,7 +28,7 @@ function sending(file, heard) {
   });
 }
 
-function add(file) {
+function add(/** @type {File} */ file) {
   const said = h('span', { class: 'quiet small' }, 'waiting'), bar = h('progress', { max: 1, value: 0, 'aria-label': `Progress of ${file.name}` });
   const picture = h('img', { alt: '', src: URL.createObjectURL(file), onerror: () => picture.removeAttribute('src') });
   const again = button('Send again', () => send(), false, { hidden: true, 'aria-label': `Send ${file.name} again` });
@@ -41,7 +42,7 @@ function add(file) {
       const told = await sending(file, (share) => { bar.value = share; if (share === 1) said.textContent = 'it is looked at'; });
       said.textContent = told.again ? 'It was there already.' : 'It is on the computer.';
       URL.revokeObjectURL(picture.src);
-    } catch (error) {
+    } catch (/** @type {any} */ error) {
       said.className = 'bad small';
       said.textContent = error.message;
       again.hidden = false;
@@ -53,12 +54,12 @@ function add(file) {
   send();
 }
 
-function chooser(label, main, properties) {
-  const input = h('input', { type: 'file', accept: TAKEN, ...properties, onchange() { for (const file of input.files) add(file); input.value = ''; } });
+function chooser(/** @type {string} */ label, /** @type {boolean} */ main, /** @type {object} */ properties) {
+  const input = h('input', { type: 'file', accept: TAKEN, ...properties, onchange() { for (const file of input.files ?? []) add(file); input.value = ''; } });
   return h('label', { class: main ? 'button main' : 'button' }, label, input);
 }
 
-document.querySelector('#main').replaceChildren(
+document.querySelector('#main')?.replaceChildren(
   h('h1', {}, 'Photograph what you wrote'),
   h('p', {}, 'Each page by itself, from above, in daylight, all four corners in the picture. It goes to the computer whose code you scanned, over your own network, unencrypted, and nowhere else.'),
   h('div', { class: 'choosers' }, chooser('Take a photograph', true, { capture: 'environment' }), chooser('Choose photographs', false, { multiple: true })), list);

@@ -1,21 +1,23 @@
 // The page Styles: one word in every style, side by side; each is written with, or changed.
 
+/** @import { Show } from './types' */
 import { request } from './api.js';
 import * as drafts from './drafts.js';
 import { button, field, h, refusal } from './dom.js';
-import { paintStrokes, surface } from './style.js';
+import { paintStrokes, surface } from './canvas.js';
 
 const PAUSE = 300; // ms after the last key
 
+/** @type {Show} */
 export async function show(main, shared) {
   const before = await drafts.kept('style'), gone = new AbortController(), unkept = refusal();
   const word = h('input', { value: before.word || 'minimum', maxlength: 40, autocomplete: 'off' });
 
-  /** A style: what it is called, what it looks like, and the word in it. */
+  /** A style: what it is called, what it looks like, and the word in it.  @param {string} name */
   function card(name) {
-    let strokes = [], values = null, asked = null;
+    let strokes = /** @type {any[]} */ ([]), values = /** @type {any} */ (null), asked = /** @type {AbortController | null} */ (null);
     const title = h('p', {}), wrong = refusal();
-    const line = surface(`The word in ${name}`, (context, width, height) => paintStrokes(context, width, height, strokes));
+    const line = surface(`The word in ${name}`, (/** @type {CanvasRenderingContext2D} */ context, /** @type {number} */ width, /** @type {number} */ height) => paintStrokes(context, width, height, strokes));
     async function write() {
       asked?.abort();
       const own = asked = new AbortController();
@@ -30,7 +32,7 @@ export async function show(main, shared) {
         line.canvas.dataset.shown = word.value;
         wrong.textContent = '';
         line.again();
-      } catch (error) {
+      } catch (/** @type {any} */ error) {
         if (error.name !== 'AbortError') wrong.textContent = error.message;
       }
     }
