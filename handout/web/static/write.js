@@ -166,7 +166,7 @@ export async function show(main, shared, [hand]) {
   let laid = /** @type {[string, string, number[] | null] | null} */ (null); // how a short text lay before it was centred
   let held = /** @type {Map<string, number> | null} */ (null); // of a letter that was changed, the words that are written again, until it is known where they went
   let stale = false; // whether something was changed since what is shown was asked for
-  let page = 0, pages = 1, at = 0; // the page that is looked at, how many are known, and a place in the text that is on it
+  let page = 0, pages = 1, at = /** @type {number | null} */ (0); // the page that is looked at, how many are known, and a place in the text that is on it
   let took = 0, last = /** @type {Done} */ (/** @type {any} */ (null)), lines = /** @type {Done | null} */ (null), coming = /** @type {AbortController | null} */ (null), waiting = 0, stopped = /** @type {(() => void) | null} */ (null);
   let resting = false, next = false; // whether what comes is all pages; whether another is to be written behind it
 
