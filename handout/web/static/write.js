@@ -197,7 +197,7 @@ export async function show(main, shared, [hand]) {
   }
 
   /** A place in the text, of one that a word has; of a letter file nobody knows, since its words stand between signs: null. */
-  const placeOf = (/** @type {number} */ of) => (made.kind.value === 'letter' ? null : of);
+  const placeOf = (/** @type {number | null} */ of) => (made.kind.value === 'letter' ? null : of);
 
   /** What is asked, with what was done to the page itself. */
   const asking = () => ({
