@@ -16,7 +16,7 @@ from __future__ import annotations
 from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache, partial
-from itertools import islice
+from itertools import islice, pairwise
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -26,6 +26,7 @@ from handout.hand.learnt import learnt
 from handout.hand.places import graphemes
 from handout.hand.scanned import ScannedHand
 from handout.hand.vetting import vet
+from handout.motion.styles.word_paths import ReadingOf, WordReading
 from handout.networks import one_thread
 from handout.pipeline.results import Facts
 from handout.reading import pictures, second_reader
@@ -77,6 +78,7 @@ _TAKEN_FOR = 5  # other letters that are the likeliest in a letter's place: what
 # tangents by which moved words are set upright, and pixels of word space, half the width of their lines: they have to
 # read in all of these, since among many forms of a word there is always one that is read by chance
 _SHOWN = ((-0.1, 0.7), (0.1, 1.1), (0.3, 0.9))
+_UNREAD = 6.0  # nat: of a letter that is not seen at all
 _TAIL = 0.16  # of a normal distribution lies so far out that it is a standard deviation off, on either side
 VERSION = 6  # of what is kept of a hand; tests/hand/test_house_scanned.py says when to raise it
 
@@ -362,25 +364,32 @@ def reread(
     return sheets, list(rereader.doubts(lines).values()), rereader.words
 
 
-def open_stroke_reader(
-    page: Manuscript, words: Sequence[str]
-) -> Callable[[int], Callable[[Sequence[Array]], float] | None]:
-    """What reads the words of a page by their numbers: nat of surprise at strokes (n, 2), mm; None: no letters of it.
+def open_stroke_reader(page: Manuscript, words: Sequence[str]) -> ReadingOf:
+    """What reads the strokes of a page's words by their numbers; None: of a word with letters that it does not know.
 
     A word is shown upright and leaning, thin and thick: the mean counts.
     """
     lines = {placed.word: line for line in page.lines for placed in line.placed}
     scale, reader = X_HEIGHT / page.x_height, pictures.load()
 
-    def read_strokes(line: Line, word: str, strokes: Sequence[Array]) -> float:
+    def read_strokes(line: Line, word: str, strokes: Sequence[Array]) -> WordReading:
         xy = np.concatenate(strokes)
         up = line.height_at(xy[:, 0]) - xy[:, 1]
+        ends = np.cumsum([len(stroke) for stroke in strokes])[:-1]
         edges = np.column_stack([np.arange(len(xy) - 1), np.arange(1, len(xy))])
-        edges = np.delete(edges, np.cumsum([len(stroke) for stroke in strokes])[:-1] - 1, axis=0)
-        shown = [
-            drawn(scale * np.column_stack([xy[:, 0] - slant * up, up]), np.full(len(xy), pen), edges)
-            for slant, pen in _SHOWN
-        ]
-        return -float(np.mean([seen.log_probability(word) for seen in reader.read_all(shown)]))
+        edges = np.delete(edges, ends - 1, axis=0)
+        shown = [scale * np.column_stack([xy[:, 0] - slant * up, up]) for slant, _ in _SHOWN]
+        pens = [np.full(len(xy), pen) for _, pen in _SHOWN]
+        seen = reader.read_all([drawn(places, pen, edges) for places, pen in zip(shown, pens, strict=True)])
+        nats, of = np.full((len(_SHOWN), len(word)), _UNREAD), np.zeros(len(xy), dtype=np.intp)
+        for row, view, places, pen in zip(nats, seen, shown, pens, strict=True):
+            try:
+                letters = view.spans(word)
+            except ValueError:  # too narrow
+                continue
+            row[:] = [-np.log(max(letter.probability, np.exp(-_UNREAD))) for letter in letters]
+            borders = [0.5 * (a.right + b.left) for a, b in pairwise(letters)]
+            of = np.searchsorted(borders, places[:, 0] - (places[:, 0] - pen).min())
+        return WordReading(nats.mean(axis=0), np.split(of, ends))
 
     return lambda number: partial(read_strokes, lines[number], words[number]) if readable(words[number]) else None

@@ -488,7 +488,7 @@ def _apply_style(drawing: Drawing, task: WritingTask, rng: np.random.Generator, 
     from handout.pipeline.rereading import open_stroke_reader
 
     reads = None if task.style.model is None else open_stroke_reader(page, cast(Sequence[str], words(page)["words"]))
-    styled = restyle(drawing, task.style, rng, surprise=reads)
+    styled = restyle(drawing, task.style, rng, reading=reads)
     lost = losses(drawing, styled, task.style)
     return replace(styled, about={**styled.about, "style_losses": lost}) if lost else styled
 

@@ -19,6 +19,7 @@ from handout.errors import InputError
 from handout.motion.styles import broken_script, targets
 from handout.motion.styles.movement import join_poses, move, move_around, pose_along, pose_at_targets, vector, widths
 from handout.motion.styles.style import Style
+from handout.motion.styles.word_paths import ReadingOf, WordReading
 from handout.motion.tracker import Guide
 from handout.values import POSE, Array, Drawing, Indices, Stroke
 
@@ -57,7 +58,7 @@ def restyle(
     style: Style,
     rng: np.random.Generator,
     height: float | None = None,
-    surprise: Callable[[int], Callable[[Sequence[Array]], float] | None] | None = None,
+    reading: ReadingOf | None = None,
 ) -> Drawing:
     """The drawing, its strokes in a handstyle, with the times of the new movements.
 
@@ -67,8 +68,8 @@ def restyle(
     style : Style
     rng : numpy.random.Generator
     height : mm of a letter, by which the style's lengths are measured; default: as `targets.letter_height` finds it.
-    surprise : who reads the word of a number, None where nobody can: nat, the negative logarithm of the probability
-        that strokes (n, 2), mm, read as that word; a learned style is then followed as far as words read as before.
+    reading : who reads the word of a number, None where nobody can: of strokes (n, 2), mm; each letter then has as much
+        of a learned style as leaves it legible.
 
     Raises
     ------
@@ -82,9 +83,19 @@ def restyle(
     if style.model is not None:
         from handout.motion.styles.learned_movement import move_drawing
 
-        middles = zip(drawing.strokes, _middles(drawing.strokes), strict=True)
-        formed = (replace(stroke, xy=middle + (stroke.xy - middle) @ _form(style)) for stroke, middle in middles)
-        strokes = move_drawing(replace(drawing, strokes=tuple(formed)), style, rng, tall, surprise)
+        form, middles = _form(style), dict[int, Array]()
+        formed = list[Stroke]()
+        for stroke, middle in zip(drawing.strokes, _middles(drawing.strokes), strict=True):
+            middles[stroke.word] = middle
+            formed.append(replace(stroke, xy=middle + (stroke.xy - middle) @ form))
+
+        def read_upright(number: int) -> Callable[[Sequence[Array]], WordReading] | None:
+            """Who reads a word, as it would be without the style's lean and stretch."""
+            read = None if reading is None else reading(number)
+            back, middle = np.linalg.inv(form), middles[number]
+            return read and (lambda strokes: read([middle + (xy - middle) @ back for xy in strokes]))
+
+        strokes = move_drawing(replace(drawing, strokes=tuple(formed)), style, rng, tall, read_upright)
         return Drawing(_fit_page(strokes, drawing), drawing.page, about)
     lines = zip(drawing.strokes, _middles(drawing.strokes), strict=True)
     sequences = [_sequence(stroke, style, tall, middle) for stroke, middle in lines]
