@@ -26,6 +26,8 @@ from handout.hand.learnt import learnt
 from handout.hand.places import graphemes
 from handout.hand.scanned import ScannedHand
 from handout.hand.vetting import vet
+from handout.motion.styles.targets import USUAL_HEIGHT, letter_height
+from handout.motion.styles.turns import find_turns
 from handout.motion.styles.word_paths import ReadingOf, WordReading
 from handout.networks import one_thread
 from handout.pipeline.results import Facts
@@ -33,7 +35,7 @@ from handout.reading import pictures, second_reader
 from handout.reading.pictures import PictureReading, Verdict
 from handout.reading.second_reader import SecondReader
 from handout.reading.word_space import X_HEIGHT, drawn
-from handout.values import Array, Indices, Line, Manuscript
+from handout.values import Array, Drawing, Indices, Manuscript
 from handout.writing.choosing import GlyphChooser, choices
 from handout.writing.compose import Proofreader
 from handout.writing.legibility import made_words
@@ -365,31 +367,65 @@ def reread(
 
 
 def open_stroke_reader(page: Manuscript, words: Sequence[str]) -> ReadingOf:
-    """What reads the strokes of a page's words by their numbers; None: of a word with letters that it does not know.
-
-    A word is shown upright and leaning, thin and thick: the mean counts.
-    """
+    """What reads the strokes of a page's words by their numbers; None: of a word with letters that it does not know."""
     lines = {placed.word: line for line in page.lines for placed in line.placed}
-    scale, reader = X_HEIGHT / page.x_height, pictures.load()
+    return lambda number: (
+        partial(_read_strokes, words[number], lines[number].height_at, page.x_height)
+        if readable(words[number])
+        else None
+    )
 
-    def read_strokes(line: Line, word: str, strokes: Sequence[Array]) -> WordReading:
-        xy = np.concatenate(strokes)
-        up = line.height_at(xy[:, 0]) - xy[:, 1]
-        ends = np.cumsum([len(stroke) for stroke in strokes])[:-1]
-        edges = np.column_stack([np.arange(len(xy) - 1), np.arange(1, len(xy))])
-        edges = np.delete(edges, ends - 1, axis=0)
-        shown = [scale * np.column_stack([xy[:, 0] - slant * up, up]) for slant, _ in _SHOWN]
-        pens = [np.full(len(xy), pen) for _, pen in _SHOWN]
-        seen = reader.read_all([drawn(places, pen, edges) for places, pen in zip(shown, pens, strict=True)])
-        nats, of = np.full((len(_SHOWN), len(word)), _UNREAD), np.zeros(len(xy), dtype=np.intp)
-        for row, view, places, pen in zip(nats, seen, shown, pens, strict=True):
-            try:
-                letters = view.spans(word)
-            except ValueError:  # too narrow
-                continue
-            row[:] = [-np.log(max(letter.probability, np.exp(-_UNREAD))) for letter in letters]
-            borders = [0.5 * (a.right + b.left) for a, b in pairwise(letters)]
-            of = np.searchsorted(borders, places[:, 0] - (places[:, 0] - pen).min())
-        return WordReading(nats.mean(axis=0), np.split(of, ends))
 
-    return lambda number: partial(read_strokes, lines[number], words[number]) if readable(words[number]) else None
+def open_drawing_reader(drawing: Drawing) -> tuple[ReadingOf, list[str]]:
+    """The same of a drawing's words, as they read in it, and what they read as; "" and None: they cannot be read."""
+    x_height = letter_height(drawing) / USUAL_HEIGHT
+    found = dict[int, tuple[str, float]]()
+    for number in {stroke.word for stroke in drawing.strokes if stroke.word >= 0}:
+        strokes = [stroke.xy for stroke in drawing.strokes if stroke.word == number]
+        feet = [float(xy[at, 1]) for xy in strokes for at, side in find_turns(xy, USUAL_HEIGHT * x_height) if side > 0]
+        low = float(np.median(feet or [xy[:, 1].max() for xy in strokes]))
+        seen, _ = _see_strokes(strokes, lambda x, low=low: np.full(len(x), low), x_height)
+        text = max(seen, key=lambda view: view.probability).text
+        found[number] = (text if readable(text) else "", low)
+
+    def read(number: int) -> Callable[[Sequence[Array]], WordReading] | None:
+        text, low = found.get(number, ("", 0.0))
+        return partial(_read_strokes, text, lambda x: np.full(len(x), low), x_height) if text else None
+
+    return read, [found.get(number, ("", 0.0))[0] for number in range(max(found, default=-1) + 1)]
+
+
+def _see_strokes(
+    strokes: Sequence[Array], baseline: Callable[[Array], Array], x_height: float
+) -> tuple[list[PictureReading], list[Array]]:
+    """How a word's strokes (n, 2), mm, are seen upright and leaning, thin and thick; columns (n,) of all their places.
+
+    baseline : y of it, mm, at some x.
+    """
+    xy = np.concatenate(strokes)
+    up = baseline(xy[:, 0]) - xy[:, 1]
+    edges = np.column_stack([np.arange(len(xy) - 1), np.arange(1, len(xy))])
+    edges = np.delete(edges, np.cumsum([len(stroke) for stroke in strokes])[:-1] - 1, axis=0)
+    scale = X_HEIGHT / x_height
+    shown = [scale * np.column_stack([xy[:, 0] - slant * up, up]) for slant, _ in _SHOWN]
+    pens = [np.full(len(xy), pen) for _, pen in _SHOWN]
+    pictures_ = [drawn(places, pen, edges) for places, pen in zip(shown, pens, strict=True)]
+    return pictures.load().read_all(pictures_), [
+        places[:, 0] - (places[:, 0] - pen).min() for places, pen in zip(shown, pens, strict=True)
+    ]
+
+
+def _read_strokes(
+    word: str, baseline: Callable[[Array], Array], x_height: float, strokes: Sequence[Array]
+) -> WordReading:
+    """A word as its strokes read, in each view; parameters as of `_see_strokes`."""
+    nats, of = np.full((len(_SHOWN), len(word)), _UNREAD), np.zeros(0, dtype=np.intp)
+    for row, view, columns in zip(nats, *_see_strokes(strokes, baseline, x_height), strict=True):
+        try:
+            letters = view.spans(word)
+        except ValueError:  # too narrow
+            of = of if len(of) else np.zeros(len(columns), dtype=np.intp)
+            continue
+        row[:] = [-np.log(max(letter.probability, np.exp(-_UNREAD))) for letter in letters]
+        of = np.searchsorted([0.5 * (a.right + b.left) for a, b in pairwise(letters)], columns)
+    return WordReading(nats.T, np.split(of, np.cumsum([len(stroke) for stroke in strokes])[:-1]))

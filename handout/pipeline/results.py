@@ -130,7 +130,8 @@ class Tally:
     pen_down, pen_up : mm; duration : s.
     borrowed : letters that the hand lacked, and what was written for them.
     slips : words that were struck out; doubtful : words that read as others; formulas : the TeX of each.
-    order : words of scanned ink whose strokes may as well have been written in another order.
+    order : words of scanned ink whose strokes may as well have been written in another order; hard_to_read : words that
+        a style makes so, and at which letters.
     """
 
     pages: int = 0
@@ -145,6 +146,7 @@ class Tally:
     doubtful: Sequence[Mapping[str, Any]] = ()
     formulas: Sequence[str] = ()
     order: Sequence[Mapping[str, Any]] = ()
+    hard_to_read: Sequence[Mapping[str, Any]] = ()
 
     @classmethod
     def from_pages(cls, pages: Sequence[Manuscript], drawings: Sequence[Drawing]) -> Tally:
@@ -166,7 +168,10 @@ class Tally:
             slips=gather("slips"),
             doubtful=gather("doubtful"),
             formulas=gather("formulas"),
-            order=[each for drawing in drawings for each in drawing.about.get("order", [])],
+            **{
+                name: [each for drawing in drawings for each in drawing.about.get(name, [])]
+                for name in ("order", "hard_to_read")
+            },
         )
 
     @property
@@ -217,7 +222,7 @@ class Tally:
             "files": [str(path) for path in files],
             **{
                 name: told
-                for name in ("borrowed", "slips", "doubtful", "formulas", "order")
+                for name in ("borrowed", "slips", "doubtful", "formulas", "order", "hard_to_read")
                 if (told := getattr(self, name))
             },
         }

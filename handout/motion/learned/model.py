@@ -23,6 +23,8 @@ from handout.values import Array, Drawing
 
 MOST_STROKES = 5000  # of all examples: two or three minutes to take apart
 _DOT = 0.06  # of the height of a letter: a stroke of no more extent is a dot, as for styles of rules
+# heights: longer strokes are taken apart as finely as one of this extent. As wide as a word, joined words lost letters
+# before any style: a reader of paths read 27 of 40 that were taken apart, 33 with 2, 37 with 1 or with .8, 37 before
 _UNIT = 1.0
 _LONGEST_PRIMER = 96  # ways of an example that primes: more than a network remembers
 _FITTED = 0.6  # of the work on examples, measured on twenty tags

@@ -20,15 +20,13 @@ from handout.motion.reconstruction.shape_fit import plan_of
 from handout.motion.styles.manner import measure_manner
 from handout.motion.styles.movement import widths
 from handout.motion.styles.style import Style
-from handout.motion.styles.targets import letter_height
+from handout.motion.styles.targets import USUAL_HEIGHT, letter_height
 from handout.motion.styles.word_paths import SAMPLES, ReadingOf, WrittenWord, draw_path
 from handout.motion.timing import arc_length, time_in_air
 from handout.values import TURNS, Array, Drawing, Page, Stroke
 
 _TOGETHER = 64  # ways after which the style is primed anew, where the pen is up: so long were the windows of training
-_HEIGHTS_IN_X = 1.5  # x-heights in the height of a letter
-_DRAWS = 3  # times that the dynamics of a word are drawn; of them one is taken
-
+_DRAWS = 2  # times that the dynamics of a word are drawn; of them one is taken
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,7 +94,7 @@ def _draw_parts(
         known = WrittenWord([part.plan for part in word], height, learned.hold, wanted, reads)
         for part, xy in zip(word, known.choose_paths(draws, learned.keep), strict=True):
             if before is not None:
-                way = float(np.linalg.norm(xy[0] - before)) * _HEIGHTS_IN_X / height
+                way = float(np.linalg.norm(xy[0] - before)) * USUAL_HEIGHT / height
                 clock += time_in_air(way, line=False, word=False)
             strokes.append(_make_stroke(part, clock, xy, style, height))
             clock, before = float(strokes[-1].t[-1]), xy[-1]

@@ -10,6 +10,7 @@ import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
+from typing import Any
 
 import numpy as np
 from msgspec.structs import replace as replaced
@@ -28,6 +29,7 @@ _AIR = 0.6  # root of its distance in heights
 _FLICKED = 0.3  # of the distance of its ends that a stroke is lengthened by at most
 _ARM = 5  # samples of a path that are a stroke's tip
 _COLLAPSED = 0.8  # of the lines' length; with less, letters lose their loops and arches
+_READ = math.log(2)  # nat: with more, something else is likelier to be read in a letter's place
 _EDGE = 1.0  # strength of the guide along the strokes of a broken path
 
 
@@ -80,27 +82,44 @@ def restyle(
         raise InputError("There is no stroke to restyle.")
     tall = targets.letter_height(drawing) if height is None else height
     about = {key: value for key, value in drawing.about.items() if key != "timing"} | {"style": style.name}
+    middles, form = _middles(drawing.strokes), _form(style)
+    middle_of = {stroke.word: middle for stroke, middle in zip(drawing.strokes, middles, strict=True)}
+
+    def read_upright(number: int) -> Callable[[Sequence[Array]], WordReading] | None:
+        """Who reads a word of the new drawing, as it would be without the style's lean and stretch."""
+        read, middle, back = reading and reading(number), middle_of[number], np.linalg.inv(form)
+        return read and (lambda strokes: read([middle + (xy - middle) @ back for xy in strokes]))
+
     if style.model is not None:
         from handout.motion.styles.learned_movement import move_drawing
 
-        form, middles = _form(style), dict[int, Array]()
-        formed = list[Stroke]()
-        for stroke, middle in zip(drawing.strokes, _middles(drawing.strokes), strict=True):
-            middles[stroke.word] = middle
-            formed.append(replace(stroke, xy=middle + (stroke.xy - middle) @ form))
+        lines = zip(drawing.strokes, middles, strict=True)
+        formed = tuple(replace(stroke, xy=middle + (stroke.xy - middle) @ form) for stroke, middle in lines)
+        strokes = move_drawing(replace(drawing, strokes=formed), style, rng, tall, read_upright)
+    else:
+        lines = zip(drawing.strokes, middles, strict=True)
+        sequences = [_sequence(stroke, style, tall, middle) for stroke, middle in lines]
+        strokes = draw_sequences(_join_sequences(sequences, style, tall), style, tall, rng)
+    hard = [] if reading is None else _find_hard(drawing.strokes, reading, strokes, read_upright)
+    return Drawing(_fit_page(strokes, drawing), drawing.page, about | ({"hard_to_read": hard} if hard else {}))
 
-        def read_upright(number: int) -> Callable[[Sequence[Array]], WordReading] | None:
-            """Who reads a word, as it would be without the style's lean and stretch."""
-            read = None if reading is None else reading(number)
-            back, middle = np.linalg.inv(form), middles[number]
-            return read and (lambda strokes: read([middle + (xy - middle) @ back for xy in strokes]))
 
-        strokes = move_drawing(replace(drawing, strokes=tuple(formed)), style, rng, tall, read_upright)
-        return Drawing(_fit_page(strokes, drawing), drawing.page, about)
-    lines = zip(drawing.strokes, _middles(drawing.strokes), strict=True)
-    sequences = [_sequence(stroke, style, tall, middle) for stroke, middle in lines]
-    strokes = draw_sequences(_join_sequences(sequences, style, tall), style, tall, rng)
-    return Drawing(_fit_page(strokes, drawing), drawing.page, about)
+def _find_hard(
+    before: Sequence[Stroke], reading: ReadingOf, after: Sequence[Stroke], reading_after: ReadingOf
+) -> list[dict[str, Any]]:
+    """The words with letters that were read before and are not now: their numbers, and places of these letters."""
+    hard = list[dict[str, Any]]()
+    for number in sorted({stroke.word for stroke in after if stroke.word >= 0}):
+        read, then = reading(number), reading_after(number)
+        if read is None or then is None:
+            continue
+        was, now = (
+            each([stroke.xy for stroke in strokes if stroke.word == number]).nats.mean(axis=1)
+            for each, strokes in ((read, before), (then, after))
+        )
+        if letters := np.flatnonzero((was <= _READ) & (now > _READ)).tolist():
+            hard.append({"word": number, "letters": letters})
+    return hard
 
 
 def _form(style: Style) -> Array:
