@@ -61,7 +61,7 @@ def restyle(
     style = None if posing.pose and styling == replace(StyleOptions(), seed=styling.seed) else style_of(styling)
     try:
         drawing = read_drawing(source)
-        reading, names = open_drawing_reader(drawing)
+        reading, names = open_drawing_reader(drawing) if style is not None and drawing.strokes else (None, [])
         rng = np.random.default_rng(seed)
         styled = drawing if style is None else restyling.restyle(drawing, style, rng, reading=reading)
         styled = with_pose(styled, posing)

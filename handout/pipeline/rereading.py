@@ -384,15 +384,20 @@ def open_drawing_reader(drawing: Drawing) -> tuple[ReadingOf, list[str]]:
         strokes = [stroke.xy for stroke in drawing.strokes if stroke.word == number]
         feet = [float(xy[at, 1]) for xy in strokes for at, side in find_turns(xy, USUAL_HEIGHT * x_height) if side > 0]
         low = float(np.median(feet or [xy[:, 1].max() for xy in strokes]))
-        seen, _ = _see_strokes(strokes, lambda x, low=low: np.full(len(x), low), x_height)
+        seen, _ = _see_strokes(strokes, _level_at(low), x_height)
         text = max(seen, key=lambda view: view.probability).text
         found[number] = (text if readable(text) else "", low)
 
     def read(number: int) -> Callable[[Sequence[Array]], WordReading] | None:
         text, low = found.get(number, ("", 0.0))
-        return partial(_read_strokes, text, lambda x: np.full(len(x), low), x_height) if text else None
+        return partial(_read_strokes, text, _level_at(low), x_height) if text else None
 
     return read, [found.get(number, ("", 0.0))[0] for number in range(max(found, default=-1) + 1)]
+
+
+def _level_at(y: float) -> Callable[[Array], Array]:
+    """A level baseline."""
+    return lambda x: np.full(len(x), y)
 
 
 def _see_strokes(
@@ -409,8 +414,8 @@ def _see_strokes(
     scale = X_HEIGHT / x_height
     shown = [scale * np.column_stack([xy[:, 0] - slant * up, up]) for slant, _ in _SHOWN]
     pens = [np.full(len(xy), pen) for _, pen in _SHOWN]
-    pictures_ = [drawn(places, pen, edges) for places, pen in zip(shown, pens, strict=True)]
-    return pictures.load().read_all(pictures_), [
+    views = [drawn(places, pen, edges) for places, pen in zip(shown, pens, strict=True)]
+    return pictures.load().read_all(views), [
         places[:, 0] - (places[:, 0] - pen).min() for places, pen in zip(shown, pens, strict=True)
     ]
 

@@ -24,7 +24,6 @@ from handout.values import Array, Indices
 SAMPLES = 60  # in the duration of a stroke: 200 a second at the usual .3 s
 _RIDGE = 0.03  # how much virtual targets stay, against the places that they lead through, as in `optimal_control`
 _KEPT = np.array([0.0, 0.25, 0.5, 0.75, 1.0])  # of its own bends and overlaps: steps that a letter is taken back
-_WORST = 0.5  # of how much the letter that suffers most is over: what is taken back at once
 # nat: a letter that is read with a probability of .8 need not be plainer. With .1 four styles are told apart less often
 # (23 of 32 samples, with .2 and smaller loops, too, 32), and other readers read hardly more of 40 words
 _LEGIBLE = 0.2
@@ -86,13 +85,12 @@ class WrittenWord:
         while True:
             paths = self._move(plans, [_KEPT[given[own]] for own in of])
             over = (self.reads(paths).nats - easy).max(axis=1)
-            free = given < len(_KEPT) - 1
-            if not ((over > 0) & free).any():  # who is beside a letter may make it hard to read, too
-                over = np.convolve(np.maximum(over, 0.0), (1, 1, 1))[1:-1]
-            worst = np.where(free, over, 0.0)
-            if not worst.max() > 0:
+            hard, free = over > 0, given < len(_KEPT) - 1
+            if not (hard & free).any():  # who is beside a letter may make it hard to read, too
+                hard = np.convolve(hard, (1, 1, 1))[1:-1] > 0
+            if not (hard & free).any():
                 break
-            given[worst >= _WORST * worst.max()] += 1
+            given[hard & free] += 1
         return max(float(over.max()), 0.0), self._distance(paths), paths
 
     def _shape_turns(self, paths: list[Array], easy: Array) -> list[Array]:
