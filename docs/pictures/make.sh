@@ -41,7 +41,9 @@ handout print examples/abroad.csv --printer pdf --hand house-print --home-countr
 handout print examples/envelope.csv --printer pdf --hand house-quick --rows 2-5 --seed 2 --pen fountain --dpi 100 --quiet --dry-run "$work/envelope.png"
 handout write "Ink has" --page 60x22mm --margin 5mm --seed 3 --quiet -o "$work/pen.inkml"
 handout strokes fit "$work/pen.inkml" -o "$work/plan.json" --report "$here/fit.svg"
-handout study make --hand house-joined-ballpoint --people 2 --seed 1 --quiet -o "$work/study"  # proof.png, studio-*.png: screenshots
+handout study make --hand house-joined-ballpoint --people 2 --seed 1 --quiet -o "$work/study"  # proof.png: a screenshot
+mkdir -p "$work/studio"
+STUDIO_PICTURES="$work/studio" python -m pytest -q -m slow tests/web/test_studio_looks.py tests/web/test_studio_calibration.py -k "desk and light or chart"
 python examples/styles.py "$work/styles.png"
 python examples/tags.py "$work/tags.png"
 export XDG_DATA_HOME="$work/data" XDG_STATE_HOME="$work/state"
@@ -73,6 +75,8 @@ sheet(sorted(work.glob("formulas-*.png")), 2, here / "formulas.png", 16)
 sheet(sorted(work.glob("envelope-*.png")), 2, here / "envelope.png")
 sheet(sorted(work.glob("alphabet-??.png")) + sorted(work.glob("alphabet-to-*.png")), 2, here / "alphabets.png", 32)
 sheet(sorted(work.glob("of-letter-*.png")), 3, here / "letter-pages.png", 256)
+for picture in ("start", "write", "table-letter", "own-ask", "letters", "styles", "style", "calibration", "jobs"):
+    Image.open(work / "studio" / f"{picture}-desk-light.png").convert("RGB").quantize(64).save(here / f"studio-{picture}.png", optimize=True)
 sheet([here / "thank-you.png"], 1, here / "thank-you.png")
 sheet([work / "styles.png"], 1, here / "styles.png", 32)
 sheet([work / "tags.png"], 1, here / "tags.png", 32)

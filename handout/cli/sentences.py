@@ -79,13 +79,20 @@ def tell_slips(tally: Tally) -> str:
 
 def tell_doubts(tally: Tally) -> str:
     """One sentence about the words that read as others; "" where there are none."""
+    letters = ", ".join(dict.fromkeys(letter for each in tally.unclear for letter in each["letters"]))
+    unclear = (
+        f" Strangers mostly take {letters} of this hand for other letters; {units.count(len(tally.unclear), 'word')} "
+        "with them: --legible lends clearer ones."
+        if tally.unclear
+        else ""
+    )
     if not tally.doubtful:
-        return ""
+        return unclear
     named = [f"{doubt['word']} as {doubt['reads_as'] or 'nothing'}" for doubt in tally.doubtful[: units.MOST_NAMED]]
     more = len(tally.doubtful) - len(named)
     return (
         f" May be misread: {', '.join(named)}{f' and {more} more' if more else ''}; other seeds choose other letters, "
-        "--legible clearer ones."
+        f"--legible clearer ones.{unclear}"
     )
 
 

@@ -23,6 +23,7 @@ def command(
     hosts: tuple[str, ...] = option(
         (), "A host that webhooks may lead to, beside this computer.", flags=("--webhook-host",)
     ),
+    phone: bool = option(False, "Let phones on your network send photographs of sheets, for half an hour."),
     as_json: bool = option(False, "Print the link as one JSON object.", flags=("--json",)),
 ) -> None:
     """Open the studio in the browser: write, make hands, correct their letters, bend styles.
@@ -33,8 +34,9 @@ def command(
     \b
     handout studio
     handout studio me.hand --port 8000 --no-browser
+    handout studio --phone
     """
-    open_studio(files, "", port, not no_browser, as_json, key_file, hosts)
+    open_studio(files, "own/1" if phone else "", port, not no_browser, as_json, key_file, hosts, phone)
 
 
 def open_studio(
@@ -45,6 +47,7 @@ def open_studio(
     as_json: bool,
     key_file: Path | None = None,
     hosts: tuple[str, ...] = (),
+    phone: bool = False,
 ) -> None:
     """Serve the studio with some files of hands and styles, at a page of it, until Ctrl-C; a .toml may be new."""
     files = {Path(name): Path(name).resolve() for name in names}
@@ -58,12 +61,12 @@ def open_studio(
     except ModuleNotFoundError as error:
         raise InputError(MISSING) from error
 
-    def show_link(link: str) -> None:
-        click.echo(json.dumps({"link": link}) if as_json else link)
+    def show_link(links: dict[str, str]) -> None:
+        click.echo(json.dumps(links) if as_json else "\n".join(links.values()))
         click.echo("The studio is open; Ctrl-C closes it.", err=True)
         if browser:
-            click.launch(link)
+            click.launch(links["link"])
 
     hands = {path.stem: path for path in files.values() if path.suffix == ".hand"}
     styles = {path.stem: path for path in files.values() if path.suffix != ".hand"}
-    serve(hands, start, port, key_file, show_link, styles, hosts)
+    serve(hands, start, port, key_file, show_link, styles, hosts, phone)

@@ -164,7 +164,8 @@ def misread_letters(seen: Sequence[Array], words: Sequence[str]) -> list[list[fl
     found = list[list[float]]()
     for word, reading in zip(words, pictures.load().read_all(seen), strict=True):
         try:
-            found.append([1.0 - letter.probability for letter in reading.spans(word)])
+            labels = reading.labels(word)
+            found.append((1.0 - reading.shares(labels)[np.arange(len(labels)), labels]).tolist())
         except ValueError:
             found.append([0.5] * len(word))
     return found

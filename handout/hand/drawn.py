@@ -49,7 +49,7 @@ _FAVOUR = 1.0  # of a form drawn for its place in the word over one for any plac
 _NEVER = 6.0  # reluctance of a lift that the hand does not make
 
 
-class _Forms(Mapping[str, tuple[Glyph, ...]]):
+class DerivedForms(Mapping[str, tuple[Glyph, ...]]):
     """The glyphs of some letters, derived when a letter is first asked for: a text has few of a hand's."""
 
     def __init__(self, letters: Iterable[str], derive: Callable[[str], tuple[Glyph, ...]]) -> None:
@@ -128,7 +128,7 @@ class Hand:
     def with_language(self, code: str) -> Hand:
         """See `protocol.AnyHand`."""
         own = self.languages.get(code.replace("_", "-").partition("-")[0].lower(), {})
-        local = _Forms([*self.glyphs, *own], lambda letter: own[letter] if letter in own else self.glyphs[letter])
+        local = DerivedForms([*self.glyphs, *own], lambda letter: own[letter] if letter in own else self.glyphs[letter])
         return replace(self, glyphs=local) if own else self
 
     def with_haste(self, haste: float) -> Hand:
@@ -140,7 +140,7 @@ class Hand:
         shape = np.diag(np.exp([_BREADTH * haste, _HEIGHT * haste]))
         return replace(
             self,
-            glyphs=_Forms(self.glyphs, partial(_hastened_letter, self.glyphs, shape, haste)),
+            glyphs=DerivedForms(self.glyphs, partial(_hastened_letter, self.glyphs, shape, haste)),
             marks={mark: tuple(_hasten_glyph(g, shape, 0.0) for g in glyphs) for mark, glyphs in self.marks.items()},
             smooth=self.smooth + (_SMOOTH if haste > 0 else _SMOOTH_CARE) * haste,
             interval=self.interval * float(np.exp(-_PACE * haste)),
@@ -215,7 +215,7 @@ def read_drawn_hand(path: Path) -> Hand:
         if value is not None and not least <= value <= greatest:
             raise InputError(f"{path}: {key} = {value:g} is outside {least:g} to {greatest:g}.")
     try:
-        glyphs = _Forms(file.letters, partial(_letter, file))
+        glyphs = DerivedForms(file.letters, partial(_letter, file))
         if path.resolve().parent != _HOUSE:  # which is known to be right; what is wrong in others is said now
             dict(glyphs)
         marks = {
@@ -225,7 +225,7 @@ def read_drawn_hand(path: Path) -> Hand:
     except (KeyError, ValueError) as error:
         raise InputError(f"{path}: {error}.") from error
     local = {
-        code: _Forms(forms, partial(_letter, msgspec.structs.replace(file, letters=file.letters | forms)))
+        code: DerivedForms(forms, partial(_letter, msgspec.structs.replace(file, letters=file.letters | forms)))
         for code, forms in file.languages.items()
     }
     return Hand(

@@ -44,11 +44,45 @@ _WORD_SHEET = SheetOptions("160x36mm", "6mm", 1)
 _KNOBS: dict[str, tuple[str, tuple[tuple[str, str, tuple[float, float] | None], ...]]] = {
     "Movement": ("both", (
         ("movement.smooth", "Rounding", (0.05, 0.6)),
-        ("movement.interval", "From target to target", (20, 400)),
+        ("movement.interval", "Time from point to point", (20, 400)),
+        ("jitter.size", "Tremor", (0, 0.12)),
+    )),
+    "Manner": ("both", (
+        ("learned.primer", "Goes on as in", None),
+        ("learned.temperature", "Chance", (0.01, 1.5)),
+        ("learned.duration", "Time of a stroke", (60, 800)),
+        ("learned.hold", "Hold on to a drawing's places", None),
+        ("learned.keep", "Keep a drawing's bends", None),
+    )),
+    "Letters": ("word", (
+        ("form.shear", "Lean", (-30, 45)),
+        ("form.stretch", "Stretch", (0.5, 2)),
+        ("form.overshoot", "Swing past corners", (-0.5, 2)),
+    )),
+    "Line": ("both", (
+        ("brush.kind", "Pen", None),
+        ("brush.width", "Width", (0.01, 0.3)),
+        ("brush.thin", "Thinnest, of the width", None),
+        ("brush.angle", "Angle of the nib", None),
+        ("brush.pace", "Evenness at speed", (0.1, 8)),
+        ("brush.taper", "Thinning ends", (0, 1)),
+    )),
+    "Joins and ends": ("word", (
+        ("ligature.reach", "Join what is as near as", (0, 2)),
+        ("ligature.turn", "Beside a join keep points as sharp as", None),
+        ("flick.entry", "Reach before the beginning", (0, 1)),
+        ("flick.exit", "Reach beyond the end", (0, 1)),
+    )),
+    "Broken strokes": ("word", (
+        ("breaking.directions", "Directions, parted by commas", None),
+        ("breaking.least", "Shortest stroke", (0.02, 0.6)),
+        ("breaking.foot", "Length of the feet", (0, 0.6)),
+        ("breaking.step", "Direction of the feet", None),
+    )),
+    "Path": ("both", (
         ("movement.order", "Effort that is spared", None),
         ("movement.end", "At the end", None),
         ("movement.drawn_at", "Rounding that keeps letters as drawn", None),
-        ("jitter.size", "Tremor", (0, 0.12)),
     )),
     "Ellipses": ("both", (
         ("covariance.axes", "Lengths of the axes", (0.1, 4)),
@@ -60,38 +94,6 @@ _KNOBS: dict[str, tuple[str, tuple[tuple[str, str, tuple[float, float] | None], 
         ("guide.mode", "The pen", None),
         ("guide.direction", "Direction", None),
         ("guide.strength", "Strength", (0, 2)),
-    )),
-    "Manner": ("both", (
-        ("learned.primer", "Goes on as in", None),
-        ("learned.temperature", "Chance", (0.01, 1.5)),
-        ("learned.duration", "Time of a stroke", (60, 800)),
-        ("learned.hold", "Hold on to a drawing's places", None),
-        ("learned.keep", "Keep a drawing's bends", None),
-    )),
-    "Mark": ("both", (
-        ("brush.kind", "Pen", None),
-        ("brush.width", "Width", (0.01, 0.3)),
-        ("brush.thin", "Thinnest, of the width", None),
-        ("brush.angle", "Angle of the nib", None),
-        ("brush.pace", "Evenness at speed", (0.1, 8)),
-        ("brush.taper", "Thinning ends", (0, 1)),
-    )),
-    "Letters": ("word", (
-        ("form.shear", "Lean", (-30, 45)),
-        ("form.stretch", "Stretch", (0.5, 2)),
-        ("form.overshoot", "Swing past corners", (-0.5, 2)),
-    )),
-    "Joins and ends": ("word", (
-        ("ligature.reach", "Join what is as near as", (0, 2)),
-        ("ligature.turn", "Beside a join keep targets as sharp as", None),
-        ("flick.entry", "Reach before the beginning", (0, 1)),
-        ("flick.exit", "Reach beyond the end", (0, 1)),
-    )),
-    "Broken strokes": ("word", (
-        ("breaking.directions", "Directions, parted by commas", None),
-        ("breaking.least", "Shortest stroke", (0.02, 0.6)),
-        ("breaking.foot", "Length of the feet", (0, 0.6)),
-        ("breaking.step", "Direction of the feet", None),
     )),
 }  # fmt: skip
 _SAID = {

@@ -167,7 +167,7 @@ def write(
     notes = (*notes, *style_notes(task, drawn), *losses(paths, drawn))
     even = machines.pressed_evenly() if task.pose.pose is not None else []
     words = tuple(pages.words()) if places else ()
-    told: Facts = {"words": words} if words else {}
+    told: Facts = {"words": words, "x_height": pages.manuscripts[0].about.get("x_height")} if words else {}
     told |= {} if pages.number is None else {"page": pages.number}
     return deliver(pages.tally, task, files, (*notes, *even, *task.given_notes), told)
 

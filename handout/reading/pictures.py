@@ -23,7 +23,7 @@ from handout.errors import InputError
 from handout.networks import log_softmax, one_thread
 from handout.reading import ctc
 from handout.reading.word_space import MARGIN, normalised
-from handout.values import Array
+from handout.values import Array, Indices
 
 Floats = NDArray[np.float32]
 NETWORK = Path(__file__).parent / "networks" / "pictures.npz"
@@ -92,11 +92,7 @@ class PictureReading:
     @cached_property
     def grouped(self) -> tuple[Array, str]:
         """Log posteriors of groups of letters that look alike, and the letter that stands for each."""
-        names = _stand_ins(self.letters)
-        groups = "".join(dict.fromkeys(names))
-        of = np.array([0] + [groups.index(name) + 1 for name in names])
-        order = np.argsort(of, kind="stable")
-        starts = np.searchsorted(of[order], np.arange(len(groups) + 1))
+        groups, order, starts = group_alike(self.letters)
         return np.logaddexp.reduceat(self.log_posteriors[:, order], starts, axis=1), groups
 
     @cached_property
@@ -158,13 +154,8 @@ class PictureReading:
         """
         logs, groups = self.grouped
         labels = _labels(text, groups)
+        shares, names = self.shares(labels), ["", *groups]
         borders = ctc.alignment(logs, labels) * STEP - MARGIN
-        edits = ctc.edits(logs, labels)
-        each, more = edits[1::2], np.logaddexp.reduce(edits[::2], axis=1)
-        # a letter too many is either neighbour's as likely
-        beside = np.logaddexp(more[:-1], more[1:]) + np.log(0.5)
-        shares = np.exp(each - np.logaddexp(np.logaddexp.reduce(each, axis=1), beside)[:, None])
-        names = ["", *groups]
         return tuple(
             ReadLetter(
                 letter,
@@ -175,6 +166,21 @@ class PictureReading:
             )
             for letter, (left, right), share, label in zip(text, borders, shares, labels, strict=True)
         )
+
+    def shares(self, labels: Sequence[int]) -> Array:
+        """(letters, groups + 1): how probably each group, or none, stands in the place of each letter of a text.
+
+        labels : of the text.
+
+        Raises ValueError: the picture is too narrow for the text.
+        """
+        edits = ctc.edits(self.grouped[0], labels)
+        each, more = edits[1::2], np.logaddexp.reduce(edits[::2], axis=1)
+        if len(labels) and np.isneginf(each[0, labels[0]]):
+            raise ValueError(f"{len(self.logits)} steps are too few for {len(labels)} letters")
+        # a letter too many is either neighbour's as likely
+        beside = np.logaddexp(more[:-1], more[1:]) + np.log(0.5)
+        return np.asarray(np.exp(each - np.logaddexp(np.logaddexp.reduce(each, axis=1), beside)[:, None]))
 
 
 @dataclass(frozen=True, eq=False)
@@ -274,6 +280,16 @@ def _over_rows(x: Floats, weight: Floats, bias: Floats, stride: tuple[int, int])
     )
     out = seen.reshape(len(x), rows * columns, -1) @ weight + bias
     return np.asarray(np.maximum(out, 0).reshape(len(x), rows, columns, len(bias)))
+
+
+@lru_cache(maxsize=4)
+def group_alike(letters: str) -> tuple[str, Indices, Indices]:
+    """The letter that stands for each group of letters that look alike; classes by groups, and where each begins."""
+    names = _stand_ins(letters)
+    groups = "".join(dict.fromkeys(names))
+    of = np.array([0] + [groups.index(name) + 1 for name in names])
+    order = np.argsort(of, kind="stable")
+    return groups, order, np.searchsorted(of[order], np.arange(len(groups) + 1))
 
 
 def _stand_ins(letters: str) -> list[str]:

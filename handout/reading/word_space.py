@@ -58,7 +58,7 @@ def drawn(places: Array, radius: Array, edges: Indices) -> Array:
     of_edge = thick[edges].max(axis=1, initial=1)
     for thickness in np.unique(of_edge).tolist():
         cv2.polylines(fine, list(ends[edges[of_edge == thickness]]), False, 255, thickness, cv2.LINE_8, _SHIFT)
-    for dot in np.setdiff1d(np.arange(len(places)), edges).tolist():
+    for dot in np.flatnonzero(np.bincount(edges.ravel(), minlength=len(places)) == 0).tolist():
         cv2.circle(fine, tuple(ends[dot].tolist()), int(thick[dot]) * _PARTS // 2, 255, -1, cv2.LINE_8, _SHIFT)
     return np.asarray(cv2.resize(fine, (width, HEIGHT), interpolation=cv2.INTER_AREA) / 255.0, dtype=np.float64)
 

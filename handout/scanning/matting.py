@@ -21,7 +21,6 @@ from handout.summary import one_line
 
 _GROW = 0.34  # mm: 4 pixels at 300 dpi, 8 at 600
 _EDGE = 0.085  # mm: 1 pixel at 300 dpi, twice the deviation of a flatbed's blur
-_MARGIN = 0.5  # mm of paper around a window that is filled in
 _WINDOW = 400  # pixels: side of the windows of a ruled page
 _RADIUS = 3.0  # pixels, of Telea's method
 
@@ -50,10 +49,7 @@ def find_matte(scan: Scan, mask: Mask, inks: PageInks, *, pale: bool = False) ->
     size = 2 * max(1, round(scan.pixels(_GROW))) + 1
     kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size))
     around = np.asarray(cv2.dilate(mask.ink.astype(np.uint8), kernel), dtype=np.uint8)
-    if inks.ruling is None:
-        paper = fill_smooth(scan.rgb, around)
-    else:
-        paper = fill_textured(scan.rgb, around, max(8, round(scan.pixels(_MARGIN))))
+    paper = fill_smooth(scan.rgb, around)
     inside = around > 0
     light = float(inks.inks[0].colour.sum()) > float(inks.paper.sum())
     limit = np.minimum if light else np.maximum

@@ -72,6 +72,16 @@ class Scan:
         rgb = np.ascontiguousarray(np.rot90(self.rgb, quarters))
         return Scan(rgb, self.dpi, self.source, self.told)
 
+    def enlarge(self, factor: int) -> Scan:
+        """The scan with so many times the pixels, each way; places in it count in these pixels."""
+        import cv2
+
+        rgb = cv2.resize(self.rgb, None, fx=factor, fy=factor, interpolation=cv2.INTER_CUBIC)
+        x, y = self.origin
+        return Scan(
+            np.asarray(rgb, dtype=np.uint8), factor * self.dpi, self.source, self.told, (factor * x, factor * y)
+        )
+
     def pixels(self, length: float) -> float:
         """A length in mm as pixels of this scan."""
         return length / self.pixel

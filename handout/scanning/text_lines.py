@@ -30,6 +30,7 @@ from handout.values import Array
 _SLOPES = np.arange(-0.10, 0.1001, 0.004)  # tried for a whole page: ±6°
 _BIN = 0.1  # mm of a profile
 _PITCH = (3.0, 28.0)  # mm from line to line, least and greatest: as in `checks`
+_NEARLY = 0.6  # of the best: under a printed heading twice the pitch repeats better
 _UNEVEN = 1.0  # cost, in peaks, of a gap that is e times the pitch
 _FREE = 0.06  # how far a line's slope may lie from the page's
 _OPEN = 6.5  # times the spread of left edges in a line: the widest pitch that writing of this size is usually given
@@ -129,7 +130,7 @@ def _period(profile: Array) -> float:
     if not len(lags):
         return float(min(9.0, len(profile) * _BIN))
     best = float(part[lags].max())  # not above 0 where there are no lines, as on a page that lies on its side
-    return float(lags[part[lags] >= min(0.75 * best, best)][0]) * _BIN
+    return float(lags[part[lags] >= min(_NEARLY * best, best)][0]) * _BIN
 
 
 def _place_lines(levels: Array, count: int) -> tuple[list[float], float]:

@@ -21,6 +21,7 @@ from handout.errors import InputError
 from handout.scanning.checks import PALE, check_pale_marks, check_writing_size, refuse_false_resolution
 from handout.scanning.density import Density, Scale, find_density, find_scale
 from handout.scanning.inks import PageInks, find_inks
+from handout.scanning.line_erasure import erase_printed_lines
 from handout.scanning.line_graph import find_line_graph, mean_within
 from handout.scanning.mask import Mask, find_mask, hysteresis, stroke_width
 from handout.scanning.matting import Matte, find_matte
@@ -30,6 +31,8 @@ from handout.scanning.scan import Scan
 from handout.scanning.text_lines import TextLines, find_text_lines
 from handout.summary import one_line
 from handout.values import POSE, Array, LineGraph, Moments, Stroke
+
+_ENLARGED = (200.0, 400.0)  # dpi: such scans may be read enlarged, since fine pens write lines of 2 pixels at 300
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,12 +73,14 @@ class PreparedScan:
     paper : light and stains.
     inks : colours.
     scale : of the page's own ink.
+    erased : how many lines were printed on its paper, which the scan no longer has.
     """
 
     scan: Scan
     paper: BarePaper
     inks: PageInks
     scale: Scale
+    erased: int = 0
 
     def turn_quarters(self, quarters: int) -> PreparedScan:
         """The page turned anticlockwise by a number of quarter turns."""
@@ -91,6 +96,7 @@ class Inked:
     mask : ink or paper.
     text_lines : where the writing runs, mm on the page.
     pale : marks too pale for ink, as a share of the ink.
+    notes : sentences to show the user.
     """
 
     prepared: PreparedScan
@@ -98,10 +104,11 @@ class Inked:
     mask: Mask
     text_lines: TextLines
     pale: float = 0.0
+    notes: tuple[str, ...] = ()
 
 
 def prepare(source: Path | Scan, dpi: float | None = None) -> PreparedScan:
-    """Light, paper and inks of a scan.
+    """Light, paper and inks of a scan, from which printed lines are taken away.
 
     Parameters
     ----------
@@ -109,24 +116,24 @@ def prepare(source: Path | Scan, dpi: float | None = None) -> PreparedScan:
 
     Raises InputError: unreadable or too large; no resolution; nothing but paper.
     """
-    scan = crop(source if isinstance(source, Scan) else read_scan(Path(source), dpi))
+    scan, erased = erase_printed_lines(crop(source if isinstance(source, Scan) else read_scan(Path(source), dpi)))
     paper = find_paper(scan)
     level = flatten(scan, paper)
     inks = find_inks(level)
-    return PreparedScan(scan, paper, inks, find_scale(level, inks))
+    return PreparedScan(scan, paper, inks, find_scale(level, inks), erased)
 
 
 def find_ink(
     prepared: PreparedScan, pen: str | None = None, *, lines: int | None = None, scale: Scale | None = None
 ) -> Inked:
-    """Ink and lines of a page that has been prepared.
+    """Ink and lines of a page that has been prepared; strokes too thin to be measured are read from an enlarged scan.
 
     Parameters
     ----------
     pen, lines : as `read_page`.
     scale : scale of densities of the whole hand (`density.pooled_scale`).
 
-    Raises InputError: strokes too thin, nothing but specks.
+    Raises InputError: nothing but specks; strokes too thin for a scan that is coarser or finer than most.
     """
     scan, inks = prepared.scan, prepared.inks
     level = flatten(scan, prepared.paper)
@@ -134,8 +141,16 @@ def find_ink(
     try:
         mask = find_mask(level, inks, density, pen)
     except InputError:
-        refuse_false_resolution(stroke_width(hysteresis(density.values, density)), scan)
-        raise
+        thin = stroke_width(hysteresis(density.values, density))
+        refuse_false_resolution(thin, scan)
+        if not (thin and _ENLARGED[0] <= scan.dpi <= _ENLARGED[1]):
+            raise
+        note = (
+            f"{scan.source}: strokes are but {thin:.1f} pixels wide at {scan.dpi:g} dpi, so the scan is read enlarged "
+            "to twice its size; a scan at 600 dpi shows more of the ink."
+        )
+        enlarged = replace(prepare(scan.enlarge(2)), erased=prepared.erased)
+        return replace(find_ink(enlarged, pen, lines=lines, scale=scale), notes=(note,))
     text_lines = find_text_lines(mask.ink, scan.dpi, lines)
     return Inked(prepared, density, mask, text_lines, pale_marks(level, inks, mask))
 
@@ -146,7 +161,11 @@ def finish(inked: Inked) -> WrittenPage:
     Raises InputError: the size of the writing belies the resolution.
     """
     prepared, density, mask, scan = inked.prepared, inked.density, inked.mask, inked.prepared.scan
-    notes = (*check_writing_size(inked.text_lines, scan), *check_pale_marks(inked.pale, scan))
+    printed = (
+        f"{scan.source}: {prepared.erased} lines that were printed on its paper were taken away before it was read."
+    )
+    told = (*[printed] * bool(prepared.erased), *inked.notes)
+    notes = (*told, *check_writing_size(inked.text_lines, scan), *check_pale_marks(inked.pale, scan))
     graph = find_line_graph(scan, mask, density)
     matte = find_matte(scan, mask, prepared.inks, pale=inked.pale >= PALE)
     return WrittenPage(scan, prepared.paper, prepared.inks, density, mask, graph, matte, inked.text_lines, notes)
@@ -243,13 +262,13 @@ def _unit_vectors(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def pale_marks(level: Scan, inks: PageInks, mask: Mask) -> float:
-    """How much of a page has marks too pale for its ink, as a share of what has ink; 0 on ruled paper.
+    """How much of a page has marks too pale for its ink, as a share of what has ink.
 
     level : the page, its light evened out.
     """
     import cv2
 
-    if inks.ruling is not None or not mask.ink.any():
+    if not mask.ink.any():
         return 0.0
     part = min(1.0, _FOREIGN.dpi / level.dpi)
     size = (max(1, round(level.shape[1] * part)), max(1, round(level.shape[0] * part)))

@@ -125,11 +125,11 @@ def without_foreign_ink(
         return written, none, []
     ink = written.mask.ink & ~line_alone(written.graph, foreign, written.scan.shape, written.scan.pixel)
     bare = replace(written, mask=replace(written.mask, ink=ink), text_lines=find_text_lines(ink, written.scan.dpi))
-    source = Path(written.scan.source).name
+    source, part = Path(written.scan.source).name, f"{share:.{0 if share >= 0.01 else 1}%}"
     if _fit(bare, transcript, rng) <= _fit(written, transcript, rng):
-        return written, none, [f"{source}: {share:.0%} of its line has ink of another colour, and belongs to its text."]
+        return written, none, [f"{source}: {part} of its line has ink of another colour, and belongs to its text."]
     return bare, foreign, [
-        f"{source}: {share:.0%} of its line has ink of another colour, and was left out: the text fits better without "
+        f"{source}: {part} of its line has ink of another colour, and was left out: the text fits better without "
         "it. What of it is writing can be labelled with `handout hand edit`."
     ]  # fmt: skip
 
@@ -228,7 +228,12 @@ def renumber_glyph(glyph: ScannedGlyph, page: int, first: int) -> ScannedGlyph:
 
 
 def _notes(page: ScannedPage, alignment: Alignment, missing: Sequence[Missing]) -> list[str]:
-    text = {line.number: line.text for line in alignment.lines}
+    units = graphemes(page.transcript)
+    text = {
+        line.number: " ".join("".join(units[line.letters[0].at : line.letters[-1].at + 1]).split())
+        for line in alignment.lines
+        if line.letters
+    }
     notes = [
         f"{page.source}, line {number + 1}: “{_quote(text.get(number, ''))}” seems not to be what is written there; "
         "its letters are kept as doubtful."
@@ -237,7 +242,7 @@ def _notes(page: ScannedPage, alignment: Alignment, missing: Sequence[Missing]) 
     if missing:
         names = list_names([f"{letter.letter} (line {letter.line + 1})" for letter in missing])
         notes.append(f"{page.source}: not found on the page: {names}.")
-    spelt = dict.fromkeys(unit for unit in graphemes(page.transcript) if unit.isalpha())
+    spelt = dict.fromkeys(unit for unit in units if unit.isalpha())
     if unlearnt := [unit for unit in spelt if fold(unit) == JUNK != resemble(unit)]:
         notes.append(
             f"{page.source}: no network has learnt {list_names(unlearnt)}; they are found by the Latin letters that "

@@ -21,11 +21,11 @@ from numpy.typing import NDArray
 
 from handout.alphabet import JUNK, SPACE, THIRDS, fold, state
 from handout.hand import library
-from handout.hand.drawn import Hand
+from handout.hand.drawn import DerivedForms, Hand
 from handout.motion.trace import letters_of_samples, trace
 from handout.tagging.line_space import ABOVE, HEIGHT, STEP, X_HEIGHT, Image, column_count, describe
 from handout.tagging.network import LabelledColumns
-from handout.values import Array, Indices, Line, Manuscript, Page, Placed, Stroke
+from handout.values import Array, Glyph, Indices, Line, Manuscript, Page, Placed, Stroke
 from handout.writing.compose import compose
 from handout.writing.drawn_words import slur_stroke
 from handout.writing.layout import Layout
@@ -105,20 +105,21 @@ def random_habits(rng: np.random.Generator) -> WriterHabits:
 def random_writer(hands: Sequence[Hand], rng: np.random.Generator) -> Hand:
     """A writer with the letters of one of `hands`, and perhaps some of another."""
     hand = hands[int(rng.integers(len(hands)))]
-    glyphs = dict(hand.glyphs)
+    drawn = dict.fromkeys(hand.glyphs, hand)
     if len(hands) > 1 and rng.random() < _BORROWS:
         other = hands[int(rng.integers(len(hands)))]
         share = rng.uniform(*_BORROWED)
-        glyphs |= {letter: forms for letter, forms in other.glyphs.items() if rng.random() < share}
-    if rng.random() < _TURNED:
-        # forms of n like u and of m like w: arches that are written from below look so
-        pairs = [(letter, like) for letter, like in (("n", "u"), ("m", "w")) if letter in glyphs and like in glyphs]
-        glyphs |= {
-            letter: glyphs[letter]
-            + tuple(replace(form, letter=letter, form=form.form + _FORM) for form in glyphs[like])
-            for letter, like in pairs
-        }
-    return replace(hand, glyphs=glyphs)
+        drawn |= {letter: other for letter in other.glyphs if rng.random() < share}
+    # forms of n like u and of m like w: arches that are written from below look so
+    turned = {"n": "u", "m": "w"} if rng.random() < _TURNED else {}
+
+    def forms_of(letter: str) -> tuple[Glyph, ...]:
+        like, own = turned.get(letter), drawn[letter].glyphs[letter]
+        if like not in drawn:
+            return own
+        return own + tuple(replace(each, letter=letter, form=each.form + _FORM) for each in drawn[like].glyphs[like])
+
+    return replace(hand, glyphs=DerivedForms(drawn, forms_of))
 
 
 def texts(sentences: Sequence[str], rng: np.random.Generator) -> Iterator[str]:

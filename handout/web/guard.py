@@ -81,13 +81,13 @@ class Guard:
         if scope["type"] == "lifespan":
             await self._app(scope, receive, send)
         elif scope["type"] == "http":
-            await self._http(scope, receive, _with_headers(send))
+            await self._http(scope, receive, with_headers(send))
 
     async def _http(self, scope: Scope, receive: Receive, send: Send) -> None:
         refusal = self._refusal(scope)
         if refusal is None:
             limit = UPLOAD if scope["path"] == "/api/uploads" else BODY
-            await self._app(scope, _count_body(receive, limit), send)
+            await self._app(scope, count_body(receive, limit), send)
             return
         code, sentence = refusal
         headers = {"Retry-After": "10"} if code == 429 else {"WWW-Authenticate": "Bearer"} if code == 401 else {}
@@ -121,7 +121,9 @@ _OURS = (b"same-origin", b"none")
 _MANY = 429, "Too many requests: wait some seconds."
 
 
-def _with_headers(send: Send) -> Send:
+def with_headers(send: Send) -> Send:
+    """`send`, whose answers also say what a browser may do with them."""
+
     async def send_headers(message: Message) -> None:
         if message["type"] == "http.response.start":
             there = {name.lower() for name, _ in message["headers"]}
@@ -132,7 +134,7 @@ def _with_headers(send: Send) -> Send:
     return send_headers
 
 
-def _count_body(receive: Receive, limit: int) -> Receive:
+def count_body(receive: Receive, limit: int) -> Receive:
     """The parts of a body, as far as they are not more than `limit` bytes and do not take for ever."""
     count, whole = 0, False
 

@@ -10,14 +10,15 @@ from typing import Any, get_args
 import msgspec
 from starlette.exceptions import HTTPException
 from starlette.requests import Request
-from starlette.responses import Response
+from starlette.responses import JSONResponse, Response
 from starlette.routing import Route
 
 from handout import __version__
+from handout.errors import at_border
 from handout.web.calls import Body
 from handout.web.guard import OPEN
 from handout.web.studio import Studio
-from handout.web.workers import State
+from handout.web.workers import State, bare
 
 Handle = Callable[[Studio, Request, Any], Awaitable[Response]]
 _IN_PATH = re.compile(r"{(\w+)(?::\w+)?}")
@@ -181,3 +182,22 @@ TASK = {
     },
 }
 _ERROR = "#/components/schemas/Error"
+
+
+async def _fault(request: Request, error: Exception) -> Response:
+    """An error as a sentence, with nothing of where it came from."""
+    if not isinstance(error, HTTPException):
+        return JSONResponse({"error": "That is a fault of this program."}, 500)
+    usual = {404: "There is nothing here.", 405: "That is not done here."}
+    sentence = error.detail if error.detail not in ("Not Found", "Method Not Allowed") else usual[error.status_code]
+    return JSONResponse({"error": bare(sentence)}, error.status_code, error.headers)
+
+
+async def _full_disk(request: Request, error: OSError) -> Response:
+    """A full disk as a sentence; other errors of files are faults."""
+    if sentence := at_border(error):
+        return JSONResponse({"error": sentence}, 507)
+    raise error
+
+
+FAULTS: dict[Any, Any] = {HTTPException: _fault, OSError: _full_disk, Exception: _fault}  # error → who answers

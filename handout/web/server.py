@@ -8,27 +8,25 @@ import errno
 import socket
 from collections.abc import AsyncIterator, Callable, Collection, Mapping
 from pathlib import Path
-from typing import Any
 
 import uvicorn
 from starlette.applications import Starlette
 from starlette.exceptions import HTTPException
 from starlette.requests import Request
-from starlette.responses import JSONResponse, Response
+from starlette.responses import Response
 from starlette.routing import Mount, Route
 from starlette.staticfiles import StaticFiles
 from starlette.types import ASGIApp
 
 from handout import atomic
-from handout.errors import InputError, at_border
-from handout.web import calibration, hands, jobs, letters, tasks, writing
+from handout.errors import InputError
+from handout.web import calibration, hands, jobs, letters, phone, tasks, writing
 from handout.web.guard import Guard
-from handout.web.routes import Way, json_answer, openapi
+from handout.web.routes import FAULTS, Way, json_answer, openapi
 from handout.web.studio import Studio
 from handout.web.webhooks import tell_ended
-from handout.web.workers import bare
 
-TABLES = (tasks.ROUTES, writing.ROUTES, hands.ROUTES, letters.ROUTES, calibration.ROUTES, jobs.ROUTES)
+TABLES = (tasks.ROUTES, writing.ROUTES, hands.ROUTES, letters.ROUTES, calibration.ROUTES, jobs.ROUTES, phone.ROUTES)
 PORT = 7217  # that is tried first; no service is registered there (IANA).  Drafts belong to it, so it stays the same
 _STATIC = Path(__file__).resolve().parent / "static"
 _MOST_CONNECTIONS = 200  # at once; a browser opens six
@@ -61,26 +59,9 @@ def application(studio: Studio, port: int) -> ASGIApp:
 
     others = Route("/api/{path:path}", nothing, methods=["GET", "POST", "PUT", "PATCH", "DELETE"])
     routes = [*ways, others, Mount("/", StaticFiles(directory=_STATIC, html=True))]
-    faults: dict[Any, Any] = {HTTPException: _fault, OSError: _full_disk, Exception: _fault}
-    app = Starlette(routes=routes, lifespan=lifespan, exception_handlers=faults)
+    app = Starlette(routes=routes, lifespan=lifespan, exception_handlers=FAULTS)
     app.state.studio = studio
     return Guard(app, port, studio.knows_key)
-
-
-async def _fault(request: Request, error: Exception) -> Response:
-    """An error as a sentence, with nothing of where it came from."""
-    if not isinstance(error, HTTPException):
-        return JSONResponse({"error": "That is a fault of this program."}, 500)
-    usual = {404: "There is nothing here.", 405: "That is not done here."}
-    sentence = error.detail if error.detail not in ("Not Found", "Method Not Allowed") else usual[error.status_code]
-    return JSONResponse({"error": bare(sentence)}, error.status_code, error.headers)
-
-
-async def _full_disk(request: Request, error: OSError) -> Response:
-    """A full disk as a sentence; other errors of files are faults."""
-    if sentence := at_border(error):
-        return JSONResponse({"error": sentence}, 507)
-    raise error
 
 
 def listening(port: int | None) -> socket.socket:
@@ -107,9 +88,10 @@ def serve(
     start: str,
     port: int | None,
     key_file: Path | None,
-    opened: Callable[[str], None],
+    opened: Callable[[dict[str, str]], None],
     styles_: Mapping[str, Path] = {},
     hosts: Collection[str] = (),
+    phone_too: bool = False,
 ) -> None:
     """Serve the studio until it is interrupted.
 
@@ -119,9 +101,11 @@ def serve(
     styles_ : the same of handstyles.
     start : the page that the link opens; hosts : that webhooks may lead to, beside this computer.
     key_file : where a key for programs is kept meanwhile, readable for the user alone.
-    opened : is told the link once the server listens.
+    opened : is told `link` once the server listens, and `phone`, the link of phones.
+    phone_too : whether phones may send photographs at once, as by the page.
     """
     studio = Studio(hands_, start, styles_, frozenset(hosts))
+    for_phones = phone.listening() if phone_too else None
     one = listening(port)
     number = int(one.getsockname()[1])
     if key_file is not None:
@@ -144,7 +128,10 @@ def serve(
         while not server.started and not serving.done():
             await asyncio.sleep(0.01)
         if server.started:
-            opened(f"http://127.0.0.1:{number}/#{studio.token}")
+            links = {"link": f"http://127.0.0.1:{number}/#{studio.token}"}
+            if for_phones is not None:
+                links["phone"] = (await phone.let_in(studio, for_phones)).live["link"]
+            opened(links)
         await serving
 
     try:

@@ -37,11 +37,13 @@ class Upload:
     """A file that a browser or program sent; its name here is not its name there.
 
     name : there, for people.
+    small : a small picture of it, JPEG; b"" where none was made.
     """
 
     path: Path
     name: str
     size: int
+    small: bytes = b""
 
 
 @dataclass(eq=False)
@@ -64,6 +66,7 @@ class Studio:
     unkept: dict[str, asyncio.Task[None]] = field(default_factory=dict)  # hands whose corrections wait for their file
     troubles: dict[str, str] = field(default_factory=dict)  # why those of a hand could not be put there
     running: set[asyncio.Task[None]] = field(default_factory=set)
+    phone: Task | None = None  # while phones may send photographs, and after it
     _keys: list[str] = field(default_factory=list)
 
     def __post_init__(self) -> None:

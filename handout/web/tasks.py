@@ -6,7 +6,7 @@ import asyncio
 import json
 import re
 import secrets
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Sequence
 from pathlib import Path, PurePath
 
 from msgspec import Raw
@@ -78,11 +78,20 @@ async def new_key(studio: Studio, request: Request, body: None) -> Response:
 
 
 async def upload(studio: Studio, request: Request, body: None) -> Response:
-    """A file is taken in, part by part."""
+    """A file is taken in."""
+    key = await take_file(studio, request, SUFFIXES)
+    return json_answer({"id": key, "name": studio.uploads[key].name, "bytes": studio.uploads[key].size})
+
+
+async def take_file(studio: Studio, request: Request, suffixes: Sequence[str]) -> str:
+    """The key of an upload, which is taken in part by part.
+
+    Raises HTTPException: 422: its name has none of the suffixes; 507: there is no room.
+    """
     name = PurePath(request.query_params.get("name", "").replace("\\", "/")).name[-100:]
     suffix = PurePath(name).suffix.lower()
-    if suffix not in SUFFIXES:
-        raise HTTPException(422, f"A file is sent with its name, which ends in one of {', '.join(SUFFIXES)}.")
+    if suffix not in suffixes:
+        raise HTTPException(422, f"A file is sent with its name, which ends in one of {', '.join(suffixes)}.")
     studio.room(0)
     # by letters, digits and hyphens the scan is called in a hand, and in sentences
     stem = re.sub("[^A-Za-z0-9]+", "-", PurePath(name).stem)[:40].strip("-") or "scan"
@@ -99,7 +108,7 @@ async def upload(studio: Studio, request: Request, body: None) -> Response:
         _forget(path)
         raise
     studio.uploads[key := secrets.token_urlsafe(16)] = Upload(path, name, size)
-    return json_answer({"id": key, "name": name, "bytes": size})
+    return key
 
 
 def _forget(path: Path) -> None:
@@ -109,10 +118,14 @@ def _forget(path: Path) -> None:
 
 async def take_away(studio: Studio, request: Request, body: None) -> Response:
     """An upload is deleted."""
-    gone = studio.uploads.pop(request.path_params["id"], None)
-    if gone is not None:
-        _forget(gone.path)
+    drop_upload(studio, request.path_params["id"])
     return json_answer({})
+
+
+def drop_upload(studio: Studio, key: str) -> None:
+    """Delete an upload, if it is there."""
+    if (gone := studio.uploads.pop(key, None)) is not None:
+        _forget(gone.path)
 
 
 def task_of(studio: Studio, request: Request) -> Task:

@@ -132,11 +132,11 @@ def bend(
     for affine, side in ((1.0, 1.0), (-1.0, -1.0), (0.0, 1.0), (0.0, -1.0)):
         full = _make_warp(_affine(number, spread, affine * variation * drift), -height, directions, spread, variation)
         full = replace(full, pushes=side * full.pushes, targets=form.targets, misses=side * reach * missed)
+        moved = full(form.xy) - form.xy
         for share in _TRIES:
-            tried = full.scale_by(share)
-            then = measure(tried.of_form(form.xy), form.radius, spread.x_height)
+            then = measure(form.xy + share * moved, form.radius, spread.x_height)
             if ((then >= low) & (then <= high)).all():
-                return tried
+                return full.scale_by(share)
     return unbent()
 
 

@@ -132,12 +132,11 @@ def _levels(of: Indices, low: Array, high: Array, height: Array, reach: float, c
     right = -left
     step = _HEIGHTS[1] - _HEIGHTS[0]
     lowest = np.ceil((height - reach - _HEIGHTS[0]) / step).astype(np.intp) - 1
-    for level in range(int(2 * reach / step) + 3) if reach else ():
-        at = np.clip(lowest + level, 0, len(_HEIGHTS) - 1)
-        near = np.abs(height - _HEIGHTS[at]) < reach
-        cell = (of * len(_HEIGHTS) + at)[near]
-        np.minimum.at(left, cell, low[near])
-        np.maximum.at(right, cell, high[near])
+    at = np.clip(lowest + np.arange(int(2 * reach / step) + 3)[:, None], 0, len(_HEIGHTS) - 1)
+    level, vertex = np.nonzero(np.abs(height - _HEIGHTS[at]) < reach)
+    cell = of[vertex] * len(_HEIGHTS) + at[level, vertex]
+    np.minimum.at(left, cell, low[vertex])
+    np.maximum.at(right, cell, high[vertex])
     return left.reshape(count, -1), right.reshape(count, -1)
 
 

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from handout.cli.sentences import tell_doubts
 from handout.errors import InputError
 from handout.hand import library
 from handout.hand.author_reader import own_words
@@ -16,6 +17,7 @@ from handout.pipeline.options import WritingOptions
 from handout.pipeline.rereading import SETTINGS, Doubt, StrangerReader, _normal, reread, stranger_reader, surprises
 from handout.pipeline.results import Tally
 from handout.pipeline.texts import TextDocument, prepare
+from handout.writing import legibility
 from handout.writing.compose import each_page
 from handout.writing.layout import Layout
 from handout.writing.legibility import misreadings
@@ -114,3 +116,15 @@ def test_doubts_are_told_once_and_refused_where_that_is_asked(doubting):
     assert 0 < left < right < pages[0].page.width / 2 and 0 < top < bottom < pages[0].page.height / 2
     with pytest.raises(InputError, match="--strict: 1 word may be misread"):
         list(TextDocument("ten", replace(task, strict=True)).set_pages()[1])
+
+
+@pytest.mark.slow
+def test_words_with_unclear_letters_are_told_where_they_are_the_authors(monkeypatch):
+    monkeypatch.setattr(legibility, "unclear_letters", lambda hand: {"n": 0.9, "q": 0.7})
+    task = prepare(WritingOptions(hand="house-print-fountain", seed=1))
+    pages = [sheet.manuscript for sheet in TextDocument("nun ten tea", task).set_pages()[1]]
+    tally = Tally.from_pages(pages, [])
+    assert tally.facts(1, "x", [])["unclear"] == [{"word": word, "letters": ["n"]} for word in ("nun", "ten")]
+    assert "Strangers mostly take n of this hand for other letters; 2 words with them" in tell_doubts(tally)
+    lent = Tally.from_pages([replace(pages[0], about={})], [])
+    assert "unclear" not in lent.facts(1, "x", []) and not tell_doubts(lent)

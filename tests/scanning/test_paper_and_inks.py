@@ -5,6 +5,7 @@ from scribbles import BLUE, coverage, lines_of, page, scan_of
 from handout.errors import InputError
 from handout.scanning.density import Scale, density_table, find_density, find_scale, look_up, pooled_scale
 from handout.scanning.inks import find_inks, paper_mode
+from handout.scanning.line_erasure import erase_printed_lines
 from handout.scanning.paper import crop, find_paper, flatten
 from handout.scanning.scan import Scan
 
@@ -104,10 +105,11 @@ def squared(shape, colour, pitch=5.0, width=0.25):
 def test_squares_are_not_ink_and_letters_stay_whole(rules, pen):
     paper = squared(INK.shape, rules)
     scan = scan_of(INK, paper=paper, colour=pen)
-    inks = find_inks(scan)
-    assert inks.ruling is not None
-    values = find_density(scan, inks).values
+    bare, count = erase_printed_lines(scan)
+    assert count in (22, 23)  # 7 across, 16 down; what lies on the edge of the picture is none
+    values = find_density(bare, find_inks(bare)).values
     square = (paper[:, :, 0] < 0.94) & (INK < 0.01)
+    square[[0, 1, 2, -3, -2, -1]] = square[:, [0, 1, 2, -3, -2, -1]] = False
     assert (values[square] > 0).mean() < 0.03
     assert (values[INK > 0.9] > 0).mean() > 0.99
 
@@ -115,7 +117,8 @@ def test_squares_are_not_ink_and_letters_stay_whole(rules, pen):
 def test_underlines_are_no_ruling():
     ink = INK.copy()
     ink[200:205, 100:800] = 1
-    assert find_inks(scan_of(ink)).ruling is None
+    scan = scan_of(ink)
+    assert erase_printed_lines(scan) == (scan, 0)
 
 
 def test_scale_ends():

@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 from PIL import Image
+from scipy.spatial import cKDTree
 from scribbles import coverage, lines_of, page, scan_of
 
 from handout.errors import InputError
@@ -41,6 +42,15 @@ def test_the_users_resolution_is_doubted_too():
 def test_thin_strokes_are_named():
     with pytest.raises(InputError, match=r"strokes are 1\.\d pixels wide, and need 2: scan at a higher resolution"):
         read_page(scan_of(coverage(lines_of(4, 100.0), 100.0, 48.0, 110.0, pen=0.3), 110.0))
+
+
+def test_a_fine_pen_at_300_dpi_is_read_enlarged():
+    fine = [read_page(scan_of(coverage(lines_of(2, 100.0), 100.0, 30.0, dpi, pen=0.08), dpi)) for dpi in (300.0, 600.0)]
+    assert "read enlarged to twice its size" in fine[0].notes[0] and not fine[1].notes
+    assert [page.scan.dpi for page in fine] == [600, 600]
+    away, _ = cKDTree(fine[1].graph.xy).query(fine[0].graph.xy)
+    assert np.median(away) < 0.05 and np.percentile(away, 99) < 0.25  # mm
+    assert abs(np.median(fine[0].graph.radius) / np.median(fine[1].graph.radius) - 1) < 0.35
 
 
 @pytest.mark.slow

@@ -8,13 +8,6 @@ CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 SHOTS = os.environ.get("STUDIO_PICTURES")  # a folder that pictures of the pages are kept in
 
 
-def kept(page, name, wait=9000):
-    """A picture of the page, for the manual, once nothing more is waited for, or after so many ms."""
-    if SHOTS:
-        page.wait_for_timeout(wait)
-        page.screenshot(path=str(Path(SHOTS) / f"studio-{name}.png"))
-
-
 def axe(page):
     """What axe-core finds."""
     import axe_playwright_python
@@ -31,3 +24,18 @@ def axe(page):
     found = session.send("Runtime.evaluate", asked)
     session.send("Page.setBypassCSP", {"enabled": False})
     return found["result"]["value"]
+
+
+COUNTER = """() => {
+    window.gestures = 0;
+    const counted = {click: one => !one.closest('label'), change: one => !['checkbox', 'radio'].includes(one.type)};
+    for (const kind in counted) document.addEventListener(kind, event => {
+        if (counted[kind](event.target)) window.gestures += 1;
+    }, true);
+}"""
+
+
+def count_gestures(page):
+    """Count presses, fields that are typed in or chosen, and files, until the page is loaded anew."""
+    page.evaluate(COUNTER)
+    return lambda: page.evaluate("window.gestures")

@@ -36,23 +36,36 @@ def server(tmp_path_factory, small_hand_file):
 
 
 @pytest.fixture(scope="session")
-def page(server):
+def playwright():
+    """One for all: a second one in the same process is refused."""
     sync_api = pytest.importorskip("playwright.sync_api")
     with sync_api.sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
-        page = browser.new_page(viewport={"width": 1280, "height": 800})
-        page.set_default_timeout(180_000)  # every wait is for an event: reached only where something is wrong
-        faults = []
-        page.on("pageerror", lambda error: faults.append(str(error)))
-        # a refusal that comes at once, and not as an event, is an error to Chromium: the tests below ask for some
-        refused = "status of 422"
-        page.on("console", lambda m: faults.append(m.text) if m.type == "error" and refused not in m.text else None)
-        page.goto(server.link)
-        page.wait_for_selector("nav a")
-        page.arrived, page.home, page.folder = page.url, server.link.split("#")[0], server.folder
-        yield page
-        assert faults == []
-        browser.close()
+        yield playwright
+
+
+@pytest.fixture(scope="session")
+def browser(playwright):
+    if CHROMIUM is None:
+        pytest.skip("Chromium is not installed")
+    browser = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
+    yield browser
+    browser.close()
+
+
+@pytest.fixture(scope="session")
+def page(server, browser):
+    page = browser.new_page(viewport={"width": 1280, "height": 800})
+    page.set_default_timeout(180_000)  # every wait is for an event: reached only where something is wrong
+    faults = []
+    page.on("pageerror", lambda error: faults.append(str(error)))
+    # a refusal that comes at once, and not as an event, is an error to Chromium: the tests below ask for some
+    refused = "status of 422"
+    page.on("console", lambda m: faults.append(m.text) if m.type == "error" and refused not in m.text else None)
+    page.goto(server.link)
+    page.wait_for_selector("nav a")
+    page.arrived, page.home, page.folder = page.url, server.link.split("#")[0], server.folder
+    yield page
+    assert faults == []
 
 
 @pytest.fixture(scope="package")

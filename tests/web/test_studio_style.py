@@ -5,7 +5,7 @@ import json
 from pathlib import Path
 
 import pytest
-from browser import CHROMIUM, axe, kept
+from browser import CHROMIUM, axe
 
 pytestmark = [
     pytest.mark.slow,
@@ -45,14 +45,13 @@ def downloaded(page, kind):
 
 def test_targets_and_ellipses_are_dragged_and_all_is_undone(desk):
     page = desk
-    kept(page, "style")
     assert axe(page) == []
     x, y = centre(page, "circle.target", 3)
     page.mouse.move(x, y)
     page.mouse.down()
     page.mouse.move(x + 30, y - 20, steps=2)
     page.mouse.up()
-    page.get_by_text("Target 4 of 8").wait_for()
+    page.get_by_text("Point 4 of 8").wait_for()
     solved(page)
     moved = place(page)
     assert moved[0] > 64 and moved[1] < 38
@@ -66,6 +65,7 @@ def test_targets_and_ellipses_are_dragged_and_all_is_undone(desk):
     solved(page)
     rounder = float(smooth.input_value())
     assert 0.31 < rounder < 0.4
+    page.get_by_text("The chosen point").click()
     page.get_by_label("Each ellipse by itself").check()
     page.get_by_label("Long axis, mm").wait_for()
     for _ in range(3):
@@ -75,7 +75,7 @@ def test_targets_and_ellipses_are_dragged_and_all_is_undone(desk):
     page.get_by_role("button", name="Redo").click()
     assert place(page) == moved and float(smooth.input_value()) == rounder
     page.reload()
-    page.get_by_text("Target 2 of 8").wait_for()
+    page.get_by_text("Point 2 of 8").wait_for()
     assert float(smooth.input_value()) == rounder, "a draft outlives its window"
 
 
@@ -86,15 +86,14 @@ def test_styles_stand_side_by_side_and_one_is_written_with(page):
     page.get_by_text("round, upright and slow").wait_for()
     page.get_by_label("The word", exact=True).fill("hello")
     page.locator("canvas[data-shown=hello]").nth(5).wait_for()
-    kept(page, "styles")
     assert axe(page) == []
     page.get_by_role("link", name="Change calm").press("Enter")
     solved(page)
     page.get_by_role("link", name="All styles, side by side").press("Enter")
     page.get_by_role("button", name="Write with scrawl").press("Enter")
     with page.expect_request(lambda asked: '"style":"scrawl"' in (asked.post_data or "")):
-        page.get_by_label("Style of movement").wait_for()
-    page.get_by_label("Style of movement").select_option("")
+        page.get_by_label("Style", exact=True).wait_for()
+    page.get_by_label("Style", exact=True).select_option("")
 
 
 def test_keys_alone_are_enough(desk):
@@ -102,17 +101,17 @@ def test_keys_alone_are_enough(desk):
     page.locator(".stage-ink svg").focus()
     for key in (".", "ArrowRight", "Shift+ArrowDown", "a", "u", "+", "["):
         page.keyboard.press(key)
-    page.get_by_text("Target 4 of 9, the pen is lifted after it").wait_for()
+    page.get_by_text("Point 4 of 9, the pen is lifted after it").wait_for()
     plan = json.loads(downloaded(page, "targets"))
     assert plan["targets"][2] == [50.5, 79] and len(plan["targets"]) == 9 and plan["pen_up"] == [3]
     page.locator(".stage-ink svg").focus()
     page.keyboard.press("Delete")
-    page.get_by_text("Target 4 of 8").wait_for()
+    page.get_by_text("Point 4 of 8").wait_for()
     toml = downloaded(page, "toml")
     assert 'angles = ["30deg", "80deg"]' in toml and "# a comment" not in toml
     assert 'data-t0="' in downloaded(page, "svg")
     page.keyboard.press("Control+z")
-    page.get_by_text("Target 4 of 9").wait_for()
+    page.get_by_text("Point 4 of 9").wait_for()
 
 
 def test_fingers_add_and_drag(desk):
@@ -124,7 +123,7 @@ def test_fingers_add_and_drag(desk):
     page.evaluate("SVGElement.prototype.setPointerCapture = () => {}")
     for kind, away in (("pointerdown", 60), ("pointermove", 80), ("pointerup", 80)):
         page.evaluate(send, [kind, x + away, y - 60])
-    page.get_by_text("Target 3 of 9").wait_for()
+    page.get_by_text("Point 3 of 9").wait_for()
     solved(page)
     page.get_by_role("button", name="Add", exact=True).click()
 
@@ -135,6 +134,7 @@ def test_a_photograph_lies_beneath_and_stays_in_the_browser(desk):
     page, picture, asked = desk, io.BytesIO(), []
     Image.new("RGB", (60, 40), (255, 0, 0)).save(picture, "PNG")
     page.on("request", lambda request: asked.append(request.url))
+    page.get_by_text("Trace a photograph").click()
     page.get_by_label("Photograph").set_input_files(
         {"name": "tag.png", "mimeType": "image/png", "buffer": picture.getvalue()}
     )
@@ -161,7 +161,7 @@ def test_a_style_is_kept_in_its_file_and_refused_where_one_is(desk):
     page.get_by_role("button", name="Keep the style").click()
     page.locator(".bad", has_text="comes with the program").wait_for()
     page.get_by_role("textbox", name="Word").fill("no")
-    page.get_by_role("button", name="Its targets to the desk").click()
+    page.get_by_role("button", name="Take its points above").click()
     page.locator("circle.target").nth(8).wait_for(state="attached")
     assert len(json.loads(downloaded(page, "targets"))["targets"]) > 8
     page.get_by_label("Rounding, typed").fill("0.3")

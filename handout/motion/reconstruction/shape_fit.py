@@ -28,7 +28,7 @@ _COMPARED, _COMPARED_EACH = 110, 6  # places at which path and trace are compare
 _RIDGE = 1e-3
 _ROUNDS = 25
 ENOUGH, _BEYOND = 42.0, 45.0  # dB, of the path: above the first no stroke is added, above the second nothing is refined
-_MORE, _CLOSEST = 2, 8  # strokes added at most where the fit is poor; least samples between key points
+_MORE, _CLOSEST = 2, 8  # times that strokes are added where the fit is poor; least samples between key points
 _HELD = 1e-5  # weight of the distance of durations and asymmetries from their first values
 # the same of a steady plan, whose durations and asymmetries stay, and of its bends and overlaps: with .01 (of .0001 to
 # .01) what a stroke is could best be told from the targets on pages of a drawn hand and of UNIPEN, at 37 dB
@@ -65,7 +65,12 @@ def from_shape(xy: Array, *, steady: bool = False, unit: float = np.inf) -> Logn
     for _ in range(_MORE):
         if snr_of(even, whole / size * off) >= (_STEADY_ENOUGH if steady else ENOUGH):
             break
-        index = _add_worst(even, index, off, math.ceil(whole / size))
+        # more key points, half-way along the segments that fit worst
+        total = np.concatenate([[0.0], np.cumsum(off**2)])
+        inside = np.where(np.diff(index) >= 2 * _CLOSEST, total[index[1:]] - total[index[:-1]], -1.0)
+        worst = np.argsort(-inside, kind="stable")[: math.ceil(whole / size)]
+        worst = worst[inside[worst] >= 0]
+        index = np.sort(np.append(index, (index[worst] + index[worst + 1]) // 2))
         tried = _refine_plan(even, _lead_through(even, first_guess(even, index=index)), size, steady)
         if np.square(then := _distances(even, tried)).sum() < np.square(off).sum():
             best, off = tried, then
@@ -94,15 +99,6 @@ def snr_of(even: Array, off: Array) -> float:
     """dB, of a trace (n, 2) and distances (n,) from it."""
     signal = float(((even - even.mean(axis=0)) ** 2).sum())
     return float(10 * np.log10(signal / max(float((off**2).sum()), 1e-12 * signal)))
-
-
-def _add_worst(even: Array, index: Index, off: Array, count: int) -> Index:
-    """The key points and so many more at most, half-way along the segments that fit worst."""
-    total = np.concatenate([[0.0], np.cumsum(off**2)])
-    inside = np.where(np.diff(index) >= 2 * _CLOSEST, total[index[1:]] - total[index[:-1]], -1.0)
-    worst = np.argsort(-inside, kind="stable")[:count]
-    worst = worst[inside[worst] >= 0]
-    return np.sort(np.append(index, (index[worst] + index[worst + 1]) // 2))
 
 
 def first_guess(

@@ -69,19 +69,21 @@ class WrittenWord:
         if self.reads is None:
             shares = [np.full(plan.strokes, keep) for plan in self.plans]
             return min((self._move(plans, shares) for plans in draws), key=self._distance)
-        plain = [draw_path(plan, plan, 0.0) for plan in self.plans]
-        read = self.reads(plain)
-        over, _, paths = min((self._move_legibly(plans, plain, read) for plans in draws), key=lambda each: each[:2])
+        read = self.reads([draw_path(plan, plan, 0.0) for plan in self.plans])
+        over, _, paths = min((self._move_legibly(plans, read) for plans in draws), key=lambda each: each[:2])
         return self._shape_turns(paths, np.maximum(read.nats, _LEGIBLE) + over)
 
-    def _move_legibly(
-        self, plans: Sequence[LognormalPlan], plain: Sequence[Array], read: WordReading
-    ) -> tuple[float, float, list[Array]]:
+    def _move_legibly(self, plans: Sequence[LognormalPlan], read: WordReading) -> tuple[float, float, list[Array]]:
         """How much harder than in plain writing (nat) a letter stays, the distance from the example, and the paths."""
         assert self.reads is not None
         easy = np.maximum(read.nats, _LEGIBLE)
         given = np.zeros(len(easy), dtype=np.intp)  # steps that each letter is taken back
-        of = [own[_middles(plan, len(path))] for own, plan, path in zip(read.of, self.plans, plain, strict=True)]
+        of = list[Indices]()  # the letter that each stroke is half-way through in
+        for own, plan in zip(read.of, self.plans, strict=True):
+            pulses = plan.pulses()
+            start, end = pulses.span if plan.strokes else (0.0, 1.0)
+            share = (pulses.time(0.0) - start) / (end - start)
+            of.append(own[np.clip(np.rint(share * (len(own) - 1)), 0, len(own) - 1).astype(np.intp)])
         while True:
             paths = self._move(plans, [_KEPT[given[own]] for own in of])
             over = (self.reads(paths).nats - easy).max(axis=1)
@@ -117,14 +119,6 @@ class WrittenWord:
 
     def _distance(self, paths: Sequence[Array]) -> float:
         return 0.0 if self.wanted is None else manner_distance(measure_manner(paths, self.height), self.wanted)
-
-
-def _middles(plan: LognormalPlan, samples: int) -> Indices:
-    """(strokes,) samples of a plan's path, even in time, at which it is half-way through each stroke."""
-    pulses = plan.pulses()
-    start, end = pulses.span if plan.strokes else (0.0, 1.0)
-    share = (pulses.time(0.0) - start) / (end - start) if plan.strokes else np.zeros(0)
-    return np.clip(np.rint(share * (samples - 1)), 0, samples - 1).astype(np.intp)
 
 
 def draw_path(known: LognormalPlan, plan: LognormalPlan, hold: float) -> Array:

@@ -1,12 +1,13 @@
 // Requests to the server, with the session's key; refusals are thrown as the server's own sentences.
 
+/** @import { Heard, Snapshot } from './types' */
 const KEPT = 'handout-key';
 const CLOSED = 'The studio does not answer: it was closed, or its terminal was. Start it again; what was kept is kept.';
 const RESTARTED = 'The studio was started again since: open the link that it printed in its terminal. A page that is open goes on after that.';
 const AGAIN = [200, 500, 1000, 2000, 4000]; // ms until a stream that broke is asked for anew, each time it breaks
 
 export class Refusal extends Error {
-  constructor(status, sentence) { super(sentence); this.status = status; }
+  constructor(/** @type {number} */ status, /** @type {string} */ sentence) { super(sentence); this.status = status; }
 }
 
 export const key = () => localStorage.getItem(KEPT);
@@ -20,20 +21,21 @@ export async function open() {
       const { key: own, start } = await request('POST', '/api/session', { token });
       localStorage.setItem(KEPT, own);
       if (start) location.hash = start;
-    } catch (error) {
+    } catch (/** @type {any} */ error) {
       if (!key()) throw error;
     }
   }
 }
 
+/** @param {string} method @param {string} path @param {any} [body] @param {Record<string, string>} [headers] @param {AbortSignal} [signal] */
 async function answer(method, path, body, headers = {}, signal = undefined) {
-  const sent = { method, headers: { ...headers, Authorization: `Bearer ${key() || ''}` }, signal };
+  const sent = /** @type {any} */ ({ method, headers: { ...headers, Authorization: `Bearer ${key() || ''}` }, signal });
   if (body instanceof Blob) sent.body = body;
   else if (body !== undefined) { sent.body = JSON.stringify(body); sent.headers['Content-Type'] = 'application/json'; }
   let got;
   try {
     got = await fetch(path, sent);
-  } catch (error) {
+  } catch (/** @type {any} */ error) {
     if (error.name === 'AbortError') throw error;
     throw new Refusal(0, CLOSED);
   }
@@ -44,19 +46,25 @@ async function answer(method, path, body, headers = {}, signal = undefined) {
   return got;
 }
 
+/** @param {string} method @param {string} path @param {any} [body] @param {AbortSignal} [signal] @returns {Promise<any>} */
 export async function request(method, path, body, signal) {
   return (await answer(method, path, body, {}, signal)).json();
 }
 
+/** @param {string} path @param {string} [accept] @param {string} [method] @param {any} [body] @param {AbortSignal} [signal] */
 export async function blob(path, accept, method = 'GET', body = undefined, signal = undefined) {
   return (await answer(method, path, body, accept ? { Accept: accept } : {}, signal)).blob();
 }
 
+/** The id of a file that was sent.  @param {File} file @param {AbortSignal} [signal] @returns {Promise<string>} */
+export const upload = async (file, signal) => (await request('POST', `/api/uploads?name=${encodeURIComponent(file.name)}`, file, signal)).id;
+
+/** @param {string} path @param {AbortSignal} [signal] */
 export async function text(path, signal) {
   return (await answer('GET', path, undefined, {}, signal)).text();
 }
 
-/** Begin a task, hear its snapshots, and give the last one; aborting cancels it. Without `heard` it is only begun. */
+/** Begin a task, hear its snapshots, and give the last one; aborting cancels it. Without `heard` it is only begun.  @param {string} path @param {any} body @param {Heard | null} [heard] @param {AbortSignal} [signal] @returns {Promise<Snapshot>} */
 export async function task(path, body, heard, signal, method = 'POST') {
   const begun = await (await answer(method, path, body, { Prefer: 'respond-async' }, signal)).json();
   if (!heard) return begun;
@@ -73,9 +81,10 @@ export async function task(path, body, heard, signal, method = 'POST') {
   }
 }
 
+/** @param {string} id @param {AbortSignal} [signal] */
 export const follow = (id, signal) => events(`/api/tasks/${id}/events`, signal);
 
-/** The snapshots of a task to its last. What breaks, as where a computer sleeps, is taken up again: each says all there is. */
+/** The snapshots of a task to its last. What breaks, as where a computer sleeps, is taken up again: each says all there is.  @param {string} path @param {AbortSignal} [signal] @returns {AsyncGenerator<Snapshot>} */
 async function* events(path, signal) {
   for (let broke = 0; ; broke += 1) {
     try {
@@ -84,7 +93,7 @@ async function* events(path, signal) {
         yield snapshot;
         if (!['waiting', 'running'].includes(snapshot.state)) return;
       }
-    } catch (error) {
+    } catch (/** @type {any} */ error) {
       if (error.name === 'AbortError' || error.status) throw error;
     }
     if (broke >= AGAIN.length) throw new Refusal(0, CLOSED);
@@ -93,16 +102,17 @@ async function* events(path, signal) {
   }
 }
 
+/** @param {string} path @param {AbortSignal} [signal] @returns {AsyncGenerator<Snapshot>} */
 async function* stream(path, signal) {
-  const reader = (await answer('GET', path, undefined, {}, signal)).body.pipeThrough(new TextDecoderStream()).getReader();
+  const reader = /** @type {ReadableStream<any>} */ ((await answer('GET', path, undefined, {}, signal)).body).pipeThrough(new TextDecoderStream()).getReader();
   let rest = '';
   for (;;) {
     const { done, value } = await reader.read();
     if (done) return;
     const parts = (rest + value).split('\n\n');
-    rest = parts.pop();
+    rest = /** @type {string} */ (parts.pop());
     for (const part of parts) if (part.startsWith('data: ')) yield JSON.parse(part.slice(6));
   }
 }
 
-export const fileOf = (done, number = 0) => `/api/tasks/${done.id}/files/${number}`;
+export const fileOf = (/** @type {{id: string}} */ done, /** @type {number} */ number = 0) => `/api/tasks/${done.id}/files/${number}`;

@@ -1,15 +1,26 @@
 // The page Calibration: chart and strip printed, scans dropped, what was found drawn on them, before and after, history.
 
-import { blob, fileOf, request, task } from './api.js';
-import { choice, field, h, picker, s, save, say, tick } from './dom.js';
+/** @import { Show, Snapshot } from './types' */
+/** @typedef {{severity: string, sentence: string, where?: string, at: [number, number][]}} Finding */
+/** @typedef {{width: number, height: number, faults?: Finding[], unread?: [number, number][][], label: string, dpi: number, used: number, patches: number, marks: number}} Scan */
+/** @typedef {{printer: string, paper: string, made: string, age_days: number, report: boolean, verified?: Check, pen: any, scanner?: string, shades: Shades[]}} Stored */
+/** @typedef {{before: {mean: number}, after: {mean: number}}} Check */
+/** @typedef {[string, ...string[][]]} Shades */
+import { blob, fileOf, request, task, upload } from './api.js';
+import { button as plain, choice, field, guarded, h, handChoice, more as folded, picker, refusal as refusals, s, save, say, steps as row, tick } from './dom.js';
+import { picture as shown, progress } from './work.js';
 
 const TAKEN = '.png,.jpg,.jpeg,.tif,.tiff,.webp,.bmp';
 const PRINTS = ['print the chart', 'print the verification strip'];
 const SCANS = ['scan the chart', 'scan the verification strip'];
 const ROWS = ['printed as it is', 'as wanted', 'through the calibration'];
+/** What a step is called on its button. */
+/** @type {Record<string, string>} */
+const TITLES = { 'print the chart': 'Print', 'scan the chart': 'Scan', 'build the table': 'Work it out', 'print the verification strip': 'Print a check', 'scan the verification strip': 'Scan it', 'store the calibration': 'Keep' };
+/** @type {Record<string, string>} */
 const SEVERE = { refuse: 'bad', warn: 'warned' };
 
-/** Colours in three rows that touch, so that differences are seen. */
+/** Colours in three rows that touch, so that differences are seen.  @param {Shades} shades */
 function swatches([name, ...rows]) {
   const wide = Math.max(1, rows[0].length);
   const bars = rows.flatMap((row, y) => row.map((fill, x) => s('rect', { x, y, width: 1, height: 1, fill })));
@@ -18,17 +29,17 @@ function swatches([name, ...rows]) {
       h('div', { class: 'quiet named', 'aria-hidden': 'true' }, ROWS.map((row) => h('span', {}, row)))));
 }
 
-const difference = ({ before, after }) => `ΔE00 ${before.mean.toFixed(1)} without, ${after.mean.toFixed(1)} with the calibration`;
+const difference = (/** @type {Check} */ { before, after }) => `Colours are off by ${before.mean.toFixed(1)} without, by ${after.mean.toFixed(1)} with it (ΔE00; 1 is hardly seen)`;
 
-function findings(list) {
+function findings(/** @type {Finding[]} */ list) {
   return h('ul', { class: 'findings' }, list.map((one) => h('li', { class: SEVERE[one.severity] }, one.sentence, one.where ? h('span', { class: 'quiet' }, ` ${one.where}`) : '')));
 }
 
-/** The picture of a scan, with what was found and what is wrong over it. */
+/** The picture of a scan, with what was found and what is wrong over it.  @param {Snapshot} done @param {Scan} picture @param {number} number */
 async function pictured(done, picture, number) {
   const href = URL.createObjectURL(await blob(fileOf(done, number)));
   const { width, height, faults = [], unread = [] } = picture;
-  const shape = (points, kind) => s('polygon', { class: kind, points: points.map(([x, y]) => [x * width, y * height]).join(' ') });
+  const shape = (/** @type {[number, number][]} */ points, /** @type {string} */ kind) => s('polygon', { class: kind, points: points.map(([x, y]) => [x * width, y * height]).join(' ') });
   // what lies beyond the scan is shown too: there the page was cut off
   const [xs, ys] = [0, 1].map((k) => [0, 1, ...[...faults.flatMap((one) => one.at), ...unread.flat()].map((at) => Math.min(1.6, Math.max(-0.6, at[k])))]);
   const [left, top] = [Math.min(...xs) * width, Math.min(...ys) * height];
@@ -36,32 +47,31 @@ async function pictured(done, picture, number) {
   const over = s('svg', { class: 'laid', viewBox: `${left} ${top} ${wide} ${high}`, role: 'img', 'aria-label': picture.label ? `The scan with the grid that was found: ${picture.label}` : 'The scan; no chart was found on it' },
     s('image', { href, width, height, onload: () => URL.revokeObjectURL(href) }), faults.map((one) => shape(one.at, one.severity)), unread.map((one) => shape(one, 'unread')));
   const told = picture.label
-    ? `${picture.label}: ${picture.dpi} dpi, ${picture.used} of ${picture.patches} patches and ${picture.marks} of 16 marks. Green is used, red is spoilt, blue are marks, dashed were not found.`
+    ? `${picture.label}, at ${picture.dpi} dots per inch: ${picture.used} of ${picture.patches} fields and ${picture.marks} of 16 marks were found. Green is used, red is spoilt, blue are marks, dashed were not found.`
     : 'Nothing of the chart was found on this scan.';
   return h('figure', { class: 'found' }, over, h('figcaption', { class: 'quiet' }, told));
 }
 
-async function penned(done, pen, number) {
+async function penned(/** @type {Snapshot} */ done, /** @type {any} */ pen, /** @type {number} */ number) {
   if (!pen) return h('p', { class: 'quiet' }, 'Nothing is written in the frame.');
-  const source = URL.createObjectURL(await blob(fileOf(done, number)));
   const swatch = pen.colour ? s('svg', { class: 'pen', viewBox: '0 0 2 1', preserveAspectRatio: 'none', role: 'img', 'aria-label': `The pen is ${pen.colour} on paper of ${pen.paper}` }, s('rect', { width: 1, height: 1, fill: pen.colour }), s('rect', { x: 1, width: 1, height: 1, fill: pen.paper })) : '';
   return h('figure', { class: 'frame-of-pen' }, h('figcaption', {}, h('strong', {}, 'The pen in the frame '), pen.colour ? `${pen.colour} ` : '', swatch),
-    h('img', { src: source, alt: 'What is written in the frame', onload: () => URL.revokeObjectURL(source) }),
+    shown(await blob(fileOf(done, number)), 'What is written in the frame'),
     pen.said ? h('p', { class: pen.doubtful ? 'warned' : 'quiet' }, pen.said) : '');
 }
 
+/** @type {Show} */
 export async function show(main, shared, [printerWanted, paperWanted]) {
   main.append(h('h1', { class: 'hidden' }, 'Calibration'), h('p', { class: 'middle quiet' }, 'Looking at what is calibrated …'));
-  const known = await request('GET', '/api/calibrations');
+  const known = /** @type {{printers: {name: string, title: string}[], stored: Stored[], simulated: {papers: string[], faults: object}}} */ (await request('GET', '/api/calibrations'));
   /** @type {any} */
   let state = null;
-  let own = null;
 
   const printer = choice(known.printers.map((one) => one.name), Object.fromEntries(known.printers.map((one) => [one.name, one.title])));
   const papers = h('datalist', { id: 'papers' });
   const paper = h('input', { list: 'papers', required: true, pattern: '[\\w \\-]{1,60}', title: 'Letters, digits, spaces, - and _', value: paperWanted || 'plain', autocomplete: 'off' });
   const sheet = choice(['A4', 'letter']);
-  const hand = choice(['', ...shared.choices.hands.filter((one) => !one.drawn).map((one) => one.name)], { '': 'none' });
+  const hand = handChoice(shared.choices.hands.filter((one) => !one.drawn), { '': 'none' });
   const faults = Object.keys(known.simulated.faults);
   const fault = choice(['', ...faults], { '': 'nothing goes wrong' });
   if (printerWanted) {
@@ -70,34 +80,25 @@ export async function show(main, shared, [printerWanted, paperWanted]) {
     printer.value = full || printerWanted;
   }
   const [acceptLabel, accept] = tick('Take the print as it is, though inks are weak in it', {});
-  const refusal = h('p', { class: 'bad', role: 'alert' });
-  const bar = h('progress', { max: 1, 'aria-label': 'Progress' }), stage = h('span', { class: 'quiet' });
-  const cancel = h('button', { type: 'button', onclick: () => own?.abort() }, 'Cancel');
-  const work = h('div', { class: 'work', hidden: true }, stage, bar, cancel);
-  const steps = h('ol', { class: 'steps', 'aria-label': 'Steps' });
+  const refusal = refusals(), { line: work, heard, run, stop } = progress(), steps = h('div', {});
   const panel = h('div', { 'aria-live': 'polite' });
   const seen = h('div', { class: 'seen' });
-  const history = h('section', { class: 'panel', 'aria-label': 'What is calibrated' });
+  const history = h('section', { class: 'panel', 'aria-label': 'Printers that are set up' });
 
   const asked = (more = {}) => ({ printer: printer.value, paper: paper.value.trim(), sheet: sheet.value, ...(hand.value ? { hand: hand.value } : {}), accept: accept.checked, ...(state ? { step: state.step } : {}), ...more });
-  const button = (label, work_, main_ = false) => h('button', { type: 'button', class: main_ ? 'main' : undefined, onclick: () => act(work_) }, label);
+  const button = (/** @type {string} */ label, /** @type {() => any} */ work_, main_ = false) => plain(label, () => act(work_), main_);
 
-  /** A step, with its progress; what it refuses stands in the panel. */
+  /** A step, with its progress; what it refuses stands in the panel.  @param {string} path @param {object} more @param {string} label */
   async function step(path, more, label) {
-    own = new AbortController();
-    stage.textContent = label; bar.removeAttribute('value'); work.hidden = false;
-    try {
-      return await task(`/api/calibration/${path}`, asked(more), (snapshot) => { if (snapshot.stage) stage.textContent = snapshot.stage; }, own.signal);
-    } finally {
-      work.hidden = true;
-    }
+    heard({ stage: label });
+    return run((hears, signal) => task(`/api/calibration/${path}`, asked(more), ({ stage }) => hears({ stage }), signal));
   }
-  async function act(work_) {
+  async function act(/** @type {() => any} */ work_) {
     refusal.textContent = '';
     for (const one of panel.querySelectorAll('button')) one.disabled = true;
     try {
       await work_();
-    } catch (error) {
+    } catch (/** @type {any} */ error) {
       refusal.textContent = error.name === 'AbortError' ? 'It was cancelled; what was done before is kept.' : error.message;
       if (error.message.includes('elsewhere')) await opened().catch(() => {});
     }
@@ -109,20 +110,20 @@ export async function show(main, shared, [printerWanted, paperWanted]) {
     take(await step('state', { afresh }, 'looking'));
     if (state.resumed && !afresh && state.number > 1) panel.prepend(h('p', { class: 'quiet' }, `Going on with what was begun on ${state.begun.slice(0, 16).replace('T', ' at ')}. `, button('Start afresh', () => opened(true))));
   }
-  function take(done) { state = done.facts; draw(); }
+  function take(/** @type {Snapshot} */ done) { state = done.facts; draw(); }
 
-  async function printed(toPrinter) {
+  async function printed(/** @type {boolean} */ toPrinter) {
     const done = await step('pages', { to_printer: toPrinter }, toPrinter ? 'printing' : 'making the page');
     if (!toPrinter) save(await blob(fileOf(done)), done.facts.files[0]);
     take(done);
   }
 
-  async function scanned(files) {
-    const ids = [];
+  async function scanned(/** @type {File[]} */ files) {
+    const ids = /** @type {string[]} */ ([]);
     try {
       for (const file of files) {
-        stage.textContent = `sending ${file.name}`; work.hidden = false;
-        ids.push((await request('POST', `/api/uploads?name=${encodeURIComponent(file.name)}`, file)).id);
+        heard({ stage: `sending ${file.name}` });
+        ids.push(await upload(file));
       }
       const done = await step('scans', { uploads: ids, ...(state.simulated && !files.length && fault.value ? { faults: [fault.value] } : {}) }, 'reading the scan');
       await found(done);
@@ -132,9 +133,9 @@ export async function show(main, shared, [printerWanted, paperWanted]) {
     }
   }
 
-  async function found(done) {
+  async function found(/** @type {Snapshot} */ done) {
     const { facts } = done;
-    const parts = await Promise.all(facts.pictures.map((one, at) => pictured(done, one, at)));
+    const parts = await Promise.all(/** @type {Scan[]} */ (facts.pictures).map(async (one, at) => pictured(done, one, at)));
     if ('pen' in facts) parts.push(await penned(done, facts.pen, facts.files.length - 1));
     if (facts.verified) {
       parts.push(h('h2', {}, 'Before and after'), h('p', {}, difference(facts.verified)), ...facts.shades.map(swatches), h('p', {}, facts.verified.verdict), h('p', { class: 'quiet' }, facts.verified.lines.join(' ')));
@@ -144,18 +145,18 @@ export async function show(main, shared, [printerWanted, paperWanted]) {
     const head = facts.accepted ? (facts.findings.length ? 'The scan is taken, with a word of warning:' : facts.said || (facts.verified ? '' : 'The scan is good.')) : 'The scan is not taken; nothing is lost. Put this right and scan again:';
     panel.prepend(h('div', { class: facts.accepted ? 'quiet' : '' }, h('p', {}, head), findings(facts.findings)));
     if (facts.verified && !facts.helps) {
-      panel.append(h('div', { class: 'row' }, button('Store it all the same', stored), button('Scan the chart again', async () => take(await step('back', {}, 'going back')))));
+      panel.append(h('div', { class: 'row' }, button('Keep it all the same', stored), button('Scan the chart again', async () => take(await step('back', {}, 'going back')), true)));
     } else if (facts.accepted && state.step === 'build the table') await built();
   }
 
   async function built() {
-    const done = await step('table', {}, 'building the table');
+    const done = await step('table', {}, 'working it out');
     take(done);
-    panel.prepend(h('p', { class: 'quiet' }, `The table misses its own patches by ΔE00 ${done.facts.misses} on the mean.`));
+    panel.prepend(h('p', { class: 'quiet' }, `What was worked out misses the fields of the chart by ${done.facts.misses} on the mean (ΔE00; 1 is hardly seen).`));
   }
 
   async function stored() {
-    const done = await step('stored', {}, 'storing');
+    const done = await step('stored', {}, 'keeping it');
     take(done);
     known.stored = (await request('GET', '/api/calibrations')).stored;
     past();
@@ -163,57 +164,56 @@ export async function show(main, shared, [printerWanted, paperWanted]) {
   }
 
   function draw() {
-    steps.replaceChildren(...state.steps.map((one, at) => h('li', { class: at + 1 < state.number ? 'over' : undefined, 'aria-current': one === state.step ? 'step' : undefined }, one)));
-    const parts = [h('h2', {}, state.number > state.steps.length ? 'Done' : `${state.number} of ${state.steps.length}: ${state.step}`), h('p', {}, state.step === 'store the calibration' ? 'The calibration is good: store it, and pages for this printer go through it.' : state.request)];
+    const title = TITLES[state.step], done = state.number > state.steps.length;
+    steps.replaceChildren(row(state.steps.map((/** @type {string} */ one) => TITLES[one] ?? one), state.number - 1, 0, () => {}));
+    what.open = false;
+    about.textContent = `${printer.selectedOptions[0]?.textContent.split(':')[0]}, ${paper.value} paper`;
+    const said = state.step === 'store the calibration' ? 'The colours are right now: keep this, and pages for this printer go through it.' : state.request;
+    const parts = /** @type {HTMLElement[]} */ ([h('h2', {}, done ? 'Done' : `${state.number} of ${state.steps.length}: ${title ?? state.step}`), h('ul', { class: 'told-steps' }, /** @type {string} */ (said).split(/(?<=\.) (?=[A-Z])/).map((one) => h('li', {}, one)))]);
+    const once = () => button('Keep it without a check', stored), back = () => button('Scan the chart again', async () => take(await step('back', {}, 'going back')));
     if (PRINTS.includes(state.step)) {
-      const own_ = state.writes_files ? [] : [button(state.simulated ? 'Let the simulated printer print it' : 'Print it', () => printed(true), true)];
-      parts.push(h('div', { class: 'row' }, own_, button('PDF, to print it myself', () => printed(false))));
-      if (state.step === PRINTS[1]) parts.push(h('div', { class: 'row after' }, button('Store without a strip', stored)));
-      parts.push(h('p', { class: 'quiet after' }, 'Print it at 100 %, without colour management.'));
+      const self = state.writes_files;
+      parts.push(h('p', { class: 'quiet' }, 'Print it at 100 %, without colour management.'), h('div', { class: 'row' }, self ? '' : button(state.simulated ? 'Let the simulated printer print it' : 'Print it', () => printed(true), true), button('PDF, to print it myself', () => printed(false), self)));
+      if (state.step === PRINTS[1]) parts.push(folded('More', h('div', { class: 'row' }, once())));
     } else if (SCANS.includes(state.step)) {
-      const drop = picker(state.pages > 1 && state.step === SCANS[0] ? `Scans of the ${state.pages} pages` : 'The scan', 'Drop it here: TIFF or PNG, 300 dpi, in colour.',
-        { multiple: state.step === SCANS[0] && state.pages > 1, accept: TAKEN }, (files) => act(() => scanned(files)));
-      parts.push(drop);
-      if (state.step === SCANS[0]) parts.push(acceptLabel);
+      const first = state.step === SCANS[0];
+      parts.push(picker(state.pages > 1 && first ? `Scans of the ${state.pages} pages` : 'The scan', 'Drop it here: TIFF or PNG, 300 dots per inch, in colour.',
+        { multiple: first && state.pages > 1, accept: TAKEN }, (files) => act(() => scanned(files))));
       if (state.kept) parts.push(h('p', { class: 'quiet' }, `${state.kept} good ${state.kept > 1 ? 'scans are' : 'scan is'} kept.`));
-      if (state.simulated) parts.push(h('div', { class: 'row after' }, field('On the way', fault), button('Let the simulated scanner scan it', () => scanned([]), true)));
-      else parts.push(h('div', { class: 'row after' }, button('Scan it with a scanner of this computer', () => scanned([]))));
-      parts.push(h('div', { class: 'row after' }, button('The PDF once more', async () => { const done = await step('pages/again', {}, 'making the page'); save(await blob(fileOf(done)), done.facts.files[0]); take(done); }),
-        state.step === SCANS[1] ? button('Scan the chart again', async () => take(await step('back', {}, 'going back'))) : '', state.step === SCANS[1] ? button('Store without a strip', stored) : ''));
-    } else if (state.step === 'build the table') parts.push(h('div', { class: 'row' }, button('Build the table', built, true)));
-    else if (state.step === 'store the calibration') parts.push(h('div', { class: 'row' }, button('Store it', stored, true), button('Scan the chart again', async () => take(await step('back', {}, 'going back')))));
+      parts.push(h('div', { class: 'row after' }, state.simulated ? button('Let the simulated scanner scan it', () => scanned([]), true) : button('Scan it with a scanner of this computer', () => scanned([]))));
+      parts.push(folded('More', first ? acceptLabel : '', state.simulated ? field('What goes wrong on the way', fault) : '',
+        h('div', { class: 'row after' }, button('The PDF once more', async () => { const again = await step('pages/again', {}, 'making the page'); save(await blob(fileOf(again)), again.facts.files[0]); take(again); }), first ? '' : [back(), once()])));
+    } else if (state.step === 'build the table') parts.push(h('div', { class: 'row' }, button('Work it out', built, true)));
+    else if (state.step === 'store the calibration') parts.push(h('div', { class: 'row' }, button('Keep it', stored, true), back()));
     panel.replaceChildren(...parts);
   }
 
-  async function report(of, made) {
-    try {
-      const done = await task('/api/calibration/report', { printer: of.printer, paper: of.paper, made }, () => {});
-      save(await blob(fileOf(done)), `calibration-${of.printer}-${of.paper}.html`);
-    } catch (error) {
-      say(error.message);
-    }
-  }
+  const report = (/** @type {Stored} */ of, /** @type {string} */ made) => guarded(refusal, async () => {
+    const done = await task('/api/calibration/report', { printer: of.printer, paper: of.paper, made }, () => {});
+    save(await blob(fileOf(done)), `calibration-${of.printer}-${of.paper}.html`);
+  })();
   function past() {
-    const groups = new Map();
+    const groups = /** @type {Map<string, Stored[]>} */ (new Map());
     for (const one of known.stored) groups.set(`${one.printer} on ${one.paper}`, [...(groups.get(`${one.printer} on ${one.paper}`) || []), one]);
-    history.replaceChildren(h('h2', {}, 'What is calibrated'), ...(groups.size ? [] : [h('p', { class: 'quiet' }, 'Nothing yet: what you calibrate stands here, with before and after.')]), ...[...groups].map(([name, list]) => h(
+    history.replaceChildren(h('h2', {}, 'Printers that are set up'), ...(groups.size ? [] : [h('p', { class: 'quiet' }, 'None yet. Each stands here with its colours before and after.')]), ...[...groups].map(([name, list]) => h(
       'details', { open: groups.size < 3 }, h('summary', {}, h('strong', {}, name), ` ${list.length > 1 ? `${list.length} times, ` : ''}${list[0].age_days ? `${list[0].age_days} days ago` : 'today'}`),
-      list.map((one, at) => h('article', {}, h('div', { class: 'row between' }, h('span', {}, `${one.made.slice(0, 16).replace('T', ' ')}${at ? '' : ', used now'}`), one.report ? h('button', { type: 'button', onclick: () => report(one, one.made) }, 'Report') : ''),
-        h('p', { class: 'quiet' }, one.verified ? `${difference(one.verified)}.` : 'Not verified.', one.pen.hand ? ` The pen in its frame: ${one.pen.hand}.` : '', one.scanner ? ` Scanner: ${one.scanner}.` : ''),
+      list.map((one, at) => h('article', {}, h('div', { class: 'row between' }, h('span', {}, `${one.made.slice(0, 16).replace('T', ' ')}${at ? '' : ', used now'}`), one.report ? plain('Report', () => report(one, one.made)) : ''),
+        h('p', { class: 'quiet' }, one.verified ? `${difference(one.verified)}.` : 'Not checked.', one.pen.hand ? ` The pen in its frame: ${one.pen.hand}.` : '', one.scanner ? ` Scanner: ${one.scanner}.` : ''),
         at ? '' : one.shades.map(swatches))),
     )));
   }
 
   const begin = h('button', { class: 'main' }, 'Start or continue');
-  const form = h('form', { 'aria-label': 'What is calibrated' }, field('Printer', printer), h('div', { class: 'grid' }, field('Paper', paper), field('Sheet', sheet)), papers, field('Prove it with the ink of the handwriting', hand), h('div', { class: 'row' }, begin));
-  form.addEventListener('submit', (event) => { event.preventDefault(); seen.replaceChildren(); act(() => opened()); });
+  const form = h('form', { 'aria-label': 'Printer and paper' }, field('Printer', printer), h('div', { class: 'grid' }, field('What you call the paper', paper), field('Size', sheet)), papers, folded('More', field('Check it with the ink of', hand)), h('div', { class: 'row' }, begin));
+  const about = h('summary', {}, 'Which printer, which paper?'), what = h('details', { open: true }, about, form);
+  form.addEventListener('submit', (event) => { event.preventDefault(); seen.replaceChildren(); begin.disabled = true; act(() => opened()).then(() => { begin.disabled = false; }); });
   const offered = () => papers.replaceChildren(...[...new Set([...(printer.value === 'simulated' ? known.simulated.papers : ['plain']), ...known.stored.filter((one) => one.printer === printer.value).map((one) => one.paper)])].map((one) => h('option', { value: one })));
   printer.addEventListener('change', offered);
   offered(); past();
   main.replaceChildren(h('div', { class: 'calibration' }, h('h1', {}, 'Colours that match'), h('div', { class: 'columns' },
-    h('div', {}, h('section', { class: 'panel' }, form), h('section', { class: 'panel', 'aria-label': 'The step' }, steps, refusal, work, panel), history), seen)));
-  seen.replaceChildren(h('p', { class: 'quiet' }, 'Print a chart, scan it with the scanner of the handwriting, and pages for this printer have the colours that were wanted.'));
-  panel.replaceChildren(h('p', { class: 'quiet' }, 'Choose a printer and what the paper in it is called, then start. To see how it goes, without paper:'), h('div', { class: 'row' }, h('a', { class: 'button', href: '#calibration/sim/white' }, 'Try it with the simulated printer')));
+    h('div', {}, h('section', { class: 'panel' }, what), h('section', { class: 'panel', 'aria-label': 'The step' }, steps, refusal, work, panel), history), seen)));
+  seen.replaceChildren(h('div', { class: 'empty' }, h('p', {}, 'A printer makes its own colours of every ink. Print a chart, scan it, and from then on its pages have the colour of your pen. It is done once for each paper.')));
+  panel.replaceChildren(h('p', { class: 'quiet' }, 'To see how it goes, without paper:'), h('div', { class: 'row' }, h('a', { class: 'button', href: '#calibration/sim/white' }, 'Try it with the simulated printer')));
   if (printerWanted) act(() => opened());
-  return () => own?.abort();
+  return stop;
 }

@@ -1,83 +1,112 @@
 // Elements, made without any HTML in text: what a hand or a file is called cannot become markup.
 
+/** @import { Child, Hand, Properties } from './types' */
 const SVG = 'http://www.w3.org/2000/svg';
 
+/** @template {Element} E @param {E} element @param {Properties | undefined} properties @param {Child[]} children @returns {E} */
 function filled(element, properties, children) {
   for (const [name, value] of Object.entries(properties || {})) {
     if (name.startsWith('on')) element.addEventListener(name.slice(2), value);
     else if (value === true) element.setAttribute(name, '');
     else if (value !== false && value !== undefined && value !== null) element.setAttribute(name, value);
   }
-  element.append(...children.flat(Infinity).filter((child) => child !== null && child !== undefined && child !== false));
+  element.append(.../** @type {any[]} */ (children).flat(Infinity).filter((child) => child !== null && child !== undefined && child !== false));
   return element;
 }
 
+/** @template {keyof HTMLElementTagNameMap} K @param {K} tag @param {Properties} [properties] @param {Child[]} children */
 export const h = (tag, properties, ...children) => filled(document.createElement(tag), properties, children);
+/** @template {keyof SVGElementTagNameMap} K @param {K} tag @param {Properties} [properties] @param {Child[]} children */
 export const s = (tag, properties, ...children) => filled(document.createElementNS(SVG, tag), properties, children);
 
 let names = 0;
 
-/** A control with its label above it. */
+/** Sizes of paper, as people call them. */
+export const SIZES = { A6: 'A6, a card', A5: 'A5, a small letter', A4: 'A4, a letter', letter: 'US letter' };
+
+/** Where what was refused is said. */
+export const refusal = () => h('p', { class: 'bad', role: 'alert' });
+
+export const button = (/** @type {Child} */ label, /** @type {(event: any) => any} */ onclick, /** @type {boolean} */ main = false, /** @type {Record<string, any>} */ more = {}) => h('button', { type: 'button', class: main ? 'main' : undefined, onclick, ...more }, label);
+
+/** Work whose refusal is said at a place; what was cancelled is none.  @template {any[]} A @param {HTMLElement} place @param {(...given: A) => any} work @returns {(...given: A) => Promise<void>} */
+export const guarded = (place, work) => async (...given) => {
+  place.textContent = '';
+  try { await work(...given); } catch (/** @type {any} */ error) { if (error.name !== 'AbortError') place.textContent = error.message; }
+};
+
+/** What is seldom needed, folded away.  @param {string} title @param {Child[]} children */
+export const more = (title, ...children) => h('details', {}, h('summary', {}, title), children);
+
+/** A control with its label above it.  @param {string | [string, Node]} label @param {HTMLElement} control */
 export function field(label, control, wide = false) {
   control.id ||= `field-${names += 1}`;
   return h('div', wide ? { class: 'all' } : {}, h('label', { for: control.id }, label), control);
 }
 
+/** @param {string} label @param {Properties} [properties] @returns {[HTMLLabelElement, HTMLInputElement]} */
 export function tick(label, properties) {
   const box = h('input', { type: 'checkbox', ...properties });
   return [h('label', { class: 'tick' }, box, label), box];
 }
 
-export function choice(names_, labels = {}) {
+export function choice(/** @type {string[]} */ names_, /** @type {Record<string, string>} */ labels = {}) {
   return h('select', {}, names_.map((name) => h('option', { value: name }, labels[name] ?? name)));
 }
 
-/** [what they share, rows] of rows that have the same said of them, in their order. */
+/** Hands by what they are called; those of one's own first.  @param {Hand[]} hands @param {Record<string, string>} [first] */
+export function handChoice(hands, first = {}) {
+  const part = (/** @type {string} */ label, /** @type {Hand[]} */ some) => (some.length ? h('optgroup', { label }, some.map((one) => h('option', { value: one.name }, one.own ? one.name : one.title || one.name))) : '');
+  return h('select', {}, Object.entries(first).map(([value, label]) => h('option', { value }, label)),
+    part('My own', hands.filter((one) => one.own)), part('Drawn by a pen', hands.filter((one) => one.drawn)), part('From paper, with its ink', hands.filter((one) => !one.drawn && !one.own)));
+}
+
+/** [what they share, rows] of rows that have the same said of them, in their order.  @template R @param {R[]} rows @param {(row: R) => string} said @returns {[string, R[]][]} */
 export function grouped(rows, said) {
   const groups = new Map();
   for (const row of rows) groups.set(said(row), [...(groups.get(said(row)) || []), row]);
   return [...groups];
 }
 
-/** The first rows of some by their numbers, and how many others there are. */
+/** The first rows of some by their numbers, and how many others there are.  @param {{row: number}[]} rows */
 export const named = (rows, most = 5) => `rows ${rows.slice(0, most).map((one) => one.row).join(', ')}${rows.length > most ? ` and ${rows.length - most} others` : ''}`;
 
-/** A row of steps: those before `at` are done, those before `open` can be gone to. */
+/** A row of steps: those before `at` are done, those before `open` can be gone to.  @param {string[]} titles @param {number} at @param {number} open @param {(step: number) => any} go */
 export function steps(titles, at, open, go) {
   return h('ol', { class: 'steps', 'aria-label': 'Steps' }, titles.map((title, number) => h('li', { class: number < at ? 'over' : undefined, 'aria-current': number === at ? 'step' : undefined },
     number < open && number !== at ? h('button', { type: 'button', onclick: () => go(number) }, title) : title)));
 }
 
-/** A place to drop files on, or to choose them; `given` hears the files, which are none twice. */
+/** A place to drop files on, or to choose them; `given` hears the files, which are none twice.  @param {string} label @param {string} hint @param {Record<string, any>} properties @param {(files: File[]) => any} given */
 export function picker(label, hint, properties, given) {
   const input = h('input', { type: 'file', id: `field-${names += 1}`, ...properties });
-  const take = (files) => { if (files.length) given([...files]); input.value = ''; };
+  const take = (/** @type {FileList | null | undefined} */ files) => { if (files?.length) given([...files]); input.value = ''; };
   const element = h('div', { class: 'drop' }, h('label', { for: input.id }, label),
     h('span', { class: 'button', 'aria-hidden': 'true' }, properties.multiple ? 'Choose files' : 'Choose a file'), h('span', { class: 'quiet small' }, hint), input);
   input.addEventListener('change', () => take(input.files));
   for (const kind of ['dragover', 'dragleave', 'drop']) {
     element.addEventListener(kind, (event) => { event.preventDefault(); element.classList.toggle('over', kind === 'dragover'); });
   }
-  element.addEventListener('drop', (event) => take(event.dataTransfer.files));
+  element.addEventListener('drop', (event) => take(event.dataTransfer?.files));
   return element;
 }
 
-/** The plotter that was chosen last. */
+/** The plotter that was chosen last.  @returns {{device: string, port?: string}} */
 export function machine() {
   const usual = { device: 'plotter-grbl-servo' };
-  try { return { ...usual, ...JSON.parse(localStorage.getItem('handout-machine')) }; } catch { return usual; }
+  try { return { ...usual, ...JSON.parse(localStorage.getItem('handout-machine') || '{}') }; } catch { return usual; }
 }
 
-/** Says a sentence at the edge of the window for a while. */
-let gone;
+let gone = 0;
+/** Says a sentence at the edge of the window for a while.  @param {string} sentence */
 export function say(sentence) {
-  const place = document.querySelector('#said');
+  const place = /** @type {HTMLElement} */ (document.querySelector('#said'));
   place.textContent = sentence;
   clearTimeout(gone);
   gone = setTimeout(() => { place.textContent = ''; }, 6000);
 }
 
-/** Saves a file that was fetched. */
+/** Saves a file that was fetched.  @param {Blob} blob @param {string} name */
 export function save(blob, name) {
   const link = h('a', { href: URL.createObjectURL(blob), download: name });
   link.click();

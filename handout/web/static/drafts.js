@@ -6,21 +6,22 @@ import { request } from './api.js';
 const WAIT = 400; // ms from a change to its keeping by the studio; further changes meanwhile go with it
 const waiting = new Map();
 
-function here(name) {
+function here(/** @type {string} */ name) {
   try {
-    return JSON.parse(localStorage.getItem(`handout-${name}`)) || {};
+    return JSON.parse(localStorage.getItem(`handout-${name}`) || '{}');
   } catch {
     return {};
   }
 }
 
+/** @param {string} name @returns {Promise<any>} */
 export async function kept(name) {
   const own = here(name);
   const { draft } = await request('GET', `/api/drafts/${name}`).catch(() => ({}));
   return (draft?.kept_at || 0) > (own.kept_at || 0) ? draft : own;
 }
 
-/** Keep values under a name; `place` shows why the studio could not. */
+/** Keep values under a name; `place` shows why the studio could not.  @param {string} name @param {object} values @param {HTMLElement} place */
 export function keep(name, values, place) {
   const draft = { ...values, kept_at: Date.now() };
   try {
@@ -35,7 +36,7 @@ export function keep(name, values, place) {
     try {
       await request('PUT', `/api/drafts/${name}`, { draft: latest });
       place.textContent = '';
-    } catch (error) {
+    } catch (/** @type {any} */ error) {
       place.textContent = [0, 401].includes(error.status) ? '' : error.message; // that it is gone the page says itself
     }
   }, WAIT);

@@ -1,5 +1,6 @@
 // The first page: three doors, a fourth for machines, and what was begun and is not done.
 
+/** @import { Batch, Plot, Show } from './types' */
 import { blob, request } from './api.js';
 import { h, s } from './dom.js';
 
@@ -11,22 +12,23 @@ const PICTURES = {
   own: ['M6 6h34v48H6zM12 16h22M12 26h22M12 36h22M12 46h22', 'M13 14c2-5 3 3 6 0s3 3 6 0M13 24c2-5 3 3 6 0s3 3 6 0s3 2 7 0M13 34c2-5 3 3 6 0s3 3 6 0', 'M48 30h10m-4-4 4 4-4 4', 'M66 10h20v40H66zM72 45h8M70 16h12v22H70z', 'M92 30c3-9 5-9 4 0s3 4 5 0s3-6 4 0s3 3 5 0s3 2 5 0'],
   jobs: ['M10 50h100M18 50V16h84v34M18 24h84', 'M56 18h12v16h-12zM62 34v8', 'M30 44c4-6 5 4 9 0s5 4 9 0s5 3 11-1'],
 };
-const drawing = (name) => s('svg', { viewBox: '0 0 120 60', 'aria-hidden': 'true' }, PICTURES[name].map((d) => s('path', { d })));
+const drawing = (/** @type {keyof typeof PICTURES} */ name) => s('svg', { viewBox: '0 0 120 60', 'aria-hidden': 'true' }, PICTURES[name].map((d) => s('path', { d })));
 
-function door(id, title, about, picture, small = false) {
+function door(/** @type {string} */ id, /** @type {string} */ title, /** @type {string} */ about, /** @type {Node} */ picture, small = false) {
   return h('li', {}, h('a', { class: small ? 'door small' : 'door', href: `#${id}` }, h('span', { class: 'scene' }, picture), h('strong', {}, title), h('span', { class: 'quiet' }, about)));
 }
 
 /** What was begun: batches and plots that are not done. */
 async function begun() {
   const [{ batches, made }, { plots, drawn }] = await Promise.all([request('GET', '/api/batches'), request('GET', '/api/plots')]);
-  const open = (id, title, what) => h('li', {}, h('a', { class: 'button', href: `#${id}` }, h('span', {}, title), h('span', { class: 'quiet' }, what)));
+  const open = (/** @type {string} */ id, /** @type {string} */ title, /** @type {string} */ what) => h('li', {}, h('a', { class: 'button', href: `#${id}` }, h('span', {}, title), h('span', { class: 'quiet' }, what)));
   return [
-    ...batches.filter((one) => one.state !== 'done').slice(0, SHOWN).map((one) => open(`table/${one.batch}`, one.title, one.batch in made ? 'is being made' : one.state === 'broken off' ? 'stopped on the way' : 'waits for your approval')),
-    ...plots.filter((one) => !one.finished).slice(0, SHOWN).map((one) => open(`jobs/${one.job}`, one.title || one.job, one.job in drawn ? 'is being drawn' : one.runs.length ? 'stopped on the way' : 'waits for the plotter')),
+    .../** @type {Batch[]} */ (batches).filter((one) => one.state !== 'done').slice(0, SHOWN).map((one) => open(`table/${one.batch}`, one.title, one.batch in made ? 'is being made' : one.state === 'broken off' ? 'stopped on the way' : 'waits for your approval')),
+    .../** @type {Plot[]} */ (plots).filter((one) => !one.finished).slice(0, SHOWN).map((one) => open(`jobs/${one.job}`, one.title || one.job, one.job in drawn ? 'is being drawn' : one.runs.length ? 'stopped on the way' : 'waits for the plotter')),
   ];
 }
 
+/** @type {Show} */
 export async function show(main) {
   const sample = h('span', { class: 'skeleton' });
   const open = h('section', { 'aria-label': 'Not done yet', hidden: true });

@@ -1,34 +1,40 @@
 // The page Plotter: what waits for a plotter, how it lies on the bed, where the pen is.
 
+/** @import { Machines, Place, Plot, Show, Snapshot } from './types' */
+/** @typedef {Plot & {lies: NonNullable<Plot['lies']>}} Laid */
+/** @typedef {(quarters: number, x: number, y: number) => Promise<void>} Lay */
 import { follow, request, task, text as fetched } from './api.js';
-import { choice, field, h, machine as chosenMachine, s, say, tick } from './dom.js';
+import { button, choice, field, guarded, h, machine as chosenMachine, more, refusal as refusals, s, say, tick } from './dom.js';
+import { ARROWS } from './marks.js';
 import { alike, inOrder, writtenTo } from './replay.js';
+import { drawing } from './work.js';
 
 const STEPS = { 1: '1 mm', 10: '10 mm', 50: '50 mm' };
-const keep = (values) => localStorage.setItem('handout-machine', JSON.stringify({ ...chosenMachine(), ...values }));
+const keep = (/** @type {object} */ values) => localStorage.setItem('handout-machine', JSON.stringify({ ...chosenMachine(), ...values }));
 const UNCHOSEN = 'Choose first where the plotter is connected; or the simulated one, which puts nothing on paper.';
-const metres = (mm) => `${(mm / 1000).toFixed(2)} m`;
-const named = (plot) => plot.title || plot.job;
+const metres = (/** @type {number} */ mm) => `${(mm / 1000).toFixed(2)} m`;
+/** What it is called: its first words, whole ones. */
+const named = (/** @type {Plot} */ { title = '', job }) => (title.length > 36 ? `${title.replace(/\s+\S*$/, '')} …` : title) || job;
 
-function state(plot, drawn) {
+function state(/** @type {Plot} */ plot, /** @type {Record<string, string>} */ drawn) {
   if (plot.job in drawn) return 'being drawn';
   if (plot.finished) return 'drawn';
-  return plot.runs.length ? `${Math.min(99, Math.round(100 * plot.drawn_mm / Math.max(plot.pen_down_mm, 1e-9)))} % drawn` : 'not begun';
+  return plot.runs.length ? `${Math.min(99, Math.round(100 * plot.drawn_mm / Math.max(plot.pen_down_mm, 1e-9)))} % drawn` : 'waits';
 }
 
-/** The machine: its port, and its pen moved by hand. */
+/** The machine: its port, and its pen moved by hand.  @param {Machines} machines */
 function machine(machines) {
   const labels = Object.fromEntries(machines.ports.map((port) => [port.name, port.name.startsWith('sim') ? port.title : `${port.name} ${port.title}`]));
   const port = choice(['', ...machines.ports.map((one) => one.name)], { '': 'Choose where …', ...labels });
   const device = choice(machines.plotters.map((one) => one.name), Object.fromEntries(machines.plotters.map((one) => [one.name, one.title])));
   const before = chosenMachine();
-  if (machines.ports.some((one) => one.name === before.port)) port.value = before.port;
+  if (before.port && machines.ports.some((one) => one.name === before.port)) port.value = before.port;
   if (machines.plotters.some((one) => one.name === before.device)) device.value = before.device;
   const step = choice(Object.keys(STEPS), STEPS);
   step.value = '10';
-  const refusal = h('p', { class: 'bad', role: 'alert' });
+  const refusal = refusals();
   const found = h('p', { class: 'quiet', 'aria-live': 'polite' });
-  async function move(event, body) {
+  async function move(/** @type {any} */ event, /** @type {object} */ body) {
     const buttons = event.target.closest('details').querySelectorAll('button');
     refusal.textContent = port.value ? '' : UNCHOSEN;
     if (!port.value) return;
@@ -36,79 +42,75 @@ function machine(machines) {
     try {
       const { facts } = await request('POST', '/api/pen', { port: port.value, device: device.value, ...body });
       found.textContent = `${facts.done[0].toUpperCase()}${facts.done.slice(1)}${facts.position ? `; it stands at ${facts.position.join(', ')} mm` : ''}.`;
-    } catch (error) {
+    } catch (/** @type {any} */ error) {
       refusal.textContent = error.message;
     } finally {
       for (const button of buttons) button.disabled = false;
       event.target.focus();
     }
   }
-  /** Ask who is there, and choose its machine. */
+  /** Ask who is there, and choose its machine.  @param {any} event */
   async function ask(event) {
     const asked = port.value;
     if (!asked) { refusal.textContent = UNCHOSEN; return; }
     refusal.textContent = ''; found.textContent = 'Asking …'; event.target.disabled = true;
     try {
       const { facts } = await request('POST', '/api/machines/asked', { port: asked });
-      const [profile] = (facts.profiles || []).filter((name) => machines.plotters.some((one) => one.name === name));
+      const [profile] = /** @type {string[]} */ (facts.profiles || []).filter((name) => machines.plotters.some((one) => one.name === name));
       if (profile) { port.value = asked; device.value = profile; keep({ port: asked, device: profile }); }
       found.textContent = `${facts.title || facts.firmware || facts.dialect} answers${profile ? ': its machine is chosen' : '; choose its machine'}. Nothing has moved.`;
-    } catch (error) {
+    } catch (/** @type {any} */ error) {
       refusal.textContent = error.message; found.textContent = '';
     }
     event.target.disabled = false;
     event.target.focus();
   }
-  const button = (label, body, name) => h('button', { type: 'button', 'aria-label': name, onclick: (event) => move(event, body) }, label);
-  const jog = (label, x, y, name) => h('button', {
-    type: 'button', class: 'icon', 'aria-label': name,
-    onclick: (event) => {
-      const away = machines.plotters.find((one) => one.name === device.value)?.away ?? 1;
-      move(event, { move: 'jog', x: x * Number(step.value), y: y * away * Number(step.value) });
-    },
-  }, label);
+  const act = (/** @type {string} */ label, /** @type {object} */ body, name = label) => button(label, (event) => move(event, body), false, { 'aria-label': name });
+  const jog = (/** @type {string} */ label, /** @type {number} */ x, /** @type {number} */ y, /** @type {string} */ name) => button(label, (event) => {
+    const away = machines.plotters.find((one) => one.name === device.value)?.away ?? 1;
+    move(event, { move: 'jog', x: x * Number(step.value), y: y * away * Number(step.value) });
+  }, false, { class: 'icon', 'aria-label': name });
   step.setAttribute('aria-label', 'How far');
   for (const control of [port, device]) control.addEventListener('change', () => keep({ port: port.value, device: device.value }));
-  const element = h('section', { class: 'panel' }, h('h2', {}, 'Plotter'),
-    h('div', { class: 'grid' }, field('Connected at', port), field('Machine', device)), h('div', { class: 'row after' }, h('button', { type: 'button', onclick: ask }, 'Find my plotter')),
+  const element = h('section', { class: 'panel' }, h('h2', {}, 'Your plotter'), field('Connected at', port), h('div', { class: 'row after' }, button('Find my plotter', ask)), refusal, found,
+    more('Which machine it is', field('Machine', device)),
     h('details', { class: 'pen' }, h('summary', {}, 'Move the pen'),
-      h('div', { class: 'row' }, button('Up', { move: 'up' }, 'Pen up'), button('Down', { move: 'down' }, 'Pen down'),
-        button('To the start corner', { move: 'home' }), button('Let it be pushed by hand', { move: 'release' })),
-      h('div', { class: 'row' }, jog('←', -1, 0, 'To the left'), jog('↑', 0, 1, 'Away'), jog('↓', 0, -1, 'Nearer'), jog('→', 1, 0, 'To the right'), step)),
-    refusal, found);
+      h('div', { class: 'row' }, act('Up', { move: 'up' }, 'Pen up'), act('Down', { move: 'down' }, 'Pen down'),
+        act('To the start corner', { move: 'home' }), act('Let it be pushed by hand', { move: 'release' })),
+      h('div', { class: 'row' }, jog('←', -1, 0, 'To the left'), jog('↑', 0, 1, 'Away'), jog('↓', 0, -1, 'Nearer'), jog('→', 1, 0, 'To the right'), step)));
   return { element, port, device };
 }
 
 /** Whether its sheet can be moved: nothing of it is drawn. */
-const canBeLaid = (plot) => Boolean(plot?.lies) && !plot.runs.length;
+const canBeLaid = (/** @type {Plot | null} */ plot) => Boolean(plot?.lies && !plot.runs.length);
 
-/** The edges of the sheet as it lies, mm from the bed's upper left: left, top, right, low. */
+/** The edges of the sheet as it lies, mm from the bed's upper left: left, top, right, low.  @param {Laid} plot */
 function edges({ page: [width, height], lies: { matrix: [a, b, c, d, e, f] } }) {
   const xs = [e, e + a * width, e + c * height, e + a * width + c * height], ys = [f, f + b * width, f + d * height, f + b * width + d * height];
   return [Math.min(...xs), Math.min(...ys), Math.max(...xs), Math.max(...ys)];
 }
 
-/** How large bed and sheet are, and where the sheet lies, written beside them. */
+/** How large bed and sheet are, and where the sheet lies, written beside them.  @param {Laid} plot */
 function measures(plot) {
-  const { bed: [wide, high], lies: { zero: [x, y] } } = plot, [left, top, right, low] = edges(plot), size = Math.max(wide, high) / 32;
-  const write = (at, up, text) => s('text', { x: at, y: up, 'font-size': size }, text);
+  const { bed: [wide, high], lies: { zero: [x, y] } } = plot, [left, top, right, low] = edges(plot), size = Math.max(wide, high) / (matchMedia('(max-width: 44rem)').matches ? 28 : 48);
+  const write = (/** @type {number} */ at, /** @type {number} */ up, /** @type {string} */ text) => s('text', { x: at, y: up, 'font-size': size }, text);
   const away = [Math.abs(left - x), Math.min(Math.abs(low - y), Math.abs(top - y))].map((one) => Math.round(one));
   const room = low + size * 1.3 < high ? low + size * 1.2 : top - size * 0.5;
   return [write(size * 0.4, size * 1.2, `the bed, ${wide} × ${high} mm`), write(left + size * 0.3, room, `the sheet, ${Math.round(right - left)} × ${Math.round(low - top)} mm${away.some(Boolean) ? `, ${away.join(' and ')} mm from the start corner` : ', in the start corner'}`)];
 }
 
-/** The sheet is dragged, or moved by arrow keys, 1 mm each, with Shift 10; `lay` hears where it lies then. */
+/** The sheet is dragged, or moved by arrow keys, 1 mm each, with Shift 10; `lay` hears where it lies then.  @param {SVGGElement} group @param {Laid} plot @param {Lay} lay */
 function movable(group, plot, lay) {
   const [left, top] = edges(plot), usual = group.getAttribute('transform');
-  let from = null, by = [0, 0], waiting = 0;
-  const shift = (x, y) => { by = [Math.round(x), Math.round(y)]; group.setAttribute('transform', `translate(${by.join(' ')}) ${usual}`); };
-  const at = (event) => new DOMPoint(event.clientX, event.clientY).matrixTransform(group.parentNode.getScreenCTM().inverse());
+  let from = /** @type {number[] | null} */ (null), by = [0, 0], waiting = 0;
+  const shift = (/** @type {number} */ x, /** @type {number} */ y) => { by = [Math.round(x), Math.round(y)]; group.setAttribute('transform', `translate(${by.join(' ')}) ${usual}`); };
+  const at = (/** @type {PointerEvent} */ event) => new DOMPoint(event.clientX, event.clientY).matrixTransform(group.ownerSVGElement?.getScreenCTM()?.inverse());
   const moved = () => { if (group.isConnected && by.some(Boolean)) lay(plot.lies.quarters, left + by[0], top + by[1]); };
   group.addEventListener('pointerdown', (event) => { clearTimeout(waiting); from = [at(event).x - by[0], at(event).y - by[1]]; group.setPointerCapture(event.pointerId); });
   group.addEventListener('pointermove', (event) => { if (from) shift(at(event).x - from[0], at(event).y - from[1]); });
   for (const kind of ['pointerup', 'pointercancel']) group.addEventListener(kind, () => { if (from) { from = null; moved(); } });
   group.addEventListener('keydown', (event) => {
-    const way = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] }[event.key];
+    const way = ARROWS[event.key];
     if (!way) return;
     event.preventDefault();
     shift(by[0] + way[0] * (event.shiftKey ? 10 : 1), by[1] + way[1] * (event.shiftKey ? 10 : 1));
@@ -117,22 +119,20 @@ function movable(group, plot, lay) {
   });
 }
 
-/** The pens of a plot, in their order. */
+/** The pens of a plot, in their order.  @param {Plot} plot */
 function pens(plot) {
-  if ((plot.pens || []).length < 2) return '';
-  const swatch = (layer) => (/^#[0-9a-f]{6}$/i.test(layer) ? s('svg', { class: 'pen', viewBox: '0 0 2 1', 'aria-hidden': 'true' }, s('rect', { width: 2, height: 1, fill: layer })) : '');
+  if (!plot.pens || plot.pens.length < 2) return '';
+  const swatch = (/** @type {string} */ layer) => (/^#[0-9a-f]{6}$/i.test(layer) ? s('svg', { class: 'pen', viewBox: '0 0 2 1', 'aria-hidden': 'true' }, s('rect', { width: 2, height: 1, fill: layer })) : '');
   return h('table', { class: 'pens' }, h('caption', {}, 'Pens, in turn: a machine waits for each, the simulated one does not'), h('thead', {}, h('tr', {}, ['Pen', 'Line', 'State'].map((label) => h('th', { scope: 'col' }, label)))),
     h('tbody', {}, plot.pens.map((pen) => h('tr', {}, h('td', {}, swatch(pen.layer), ` ${pen.layer || 'the first'}`), h('td', {}, metres(pen.ink_mm)), h('td', {}, pen.drawn ? 'drawn' : pen.next ? 'its turn' : 'waits')))));
 }
 
-/** The bed with a sheet on it; `reach` shows how far the pen has come. */
+/** The bed with a sheet on it; `reach` shows how far the pen has come.  @param {HTMLElement} place @param {() => string} over @param {Lay} lay */
 function bed(place, over, lay) {
-  let strokes = [], nib = null, ghost = null, shown = -1;
-  async function load(plot, page) {
+  let strokes = /** @type {SVGGeometryElement[]} */ ([]), nib = /** @type {SVGElement | null} */ (null), ghost = /** @type {SVGPathElement | null} */ (null), shown = -1;
+  async function load(/** @type {Laid} */ plot, /** @type {number} */ page) {
     shown = page;
-    const source = await fetched(`/api/plots/${plot.job}/pages/${page}`);
-    const svg = new DOMParser().parseFromString(source.replace(/<(style|script|metadata)\b[\s\S]*?<\/\1>/g, ''), 'image/svg+xml').documentElement;
-    const ink = s('g', {}, ...[...svg.querySelectorAll('.ink')].map((layer) => document.importNode(layer, true)));
+    const ink = s('g', {}, ...drawing(await fetched(`/api/plots/${plot.job}/pages/${page}`), '').querySelectorAll('.ink'));
     const [wide, high] = plot.bed, [width, height] = plot.page;
     const free = canBeLaid(plot);
     const group = s('g', { transform: `matrix(${plot.lies.matrix.join(' ')})`, ...(free ? { class: 'movable', tabindex: 0, role: 'application', 'aria-label': 'The sheet: drag it, or move it by arrow keys' } : {}) },
@@ -141,50 +141,51 @@ function bed(place, over, lay) {
     strokes = inOrder(ink);
     ghost = s('path', { fill: 'none' });
     nib = s('circle', { class: 'nib', r: Math.max(wide, high) / 160, hidden: true });
-    ink.firstChild.append(ghost); group.append(nib);
+    ink.firstElementChild?.append(ghost); group.append(nib);
     if (free) movable(group, plot, lay);
     place.replaceChildren(s('svg', { viewBox: `${-edge} ${-edge} ${wide + 2 * edge} ${high + 2 * edge}`, role: free ? 'group' : 'img', 'aria-label': `${named(plot)} on the bed, ${wide} by ${high} mm` },
       s('rect', { class: 'table', width: wide, height: high }), group, ...measures(plot), s('path', { class: 'zero', d: `M${x - edge} ${y}h${2 * edge}M${x} ${y - edge}v${2 * edge}` })));
   }
-  function reach(at) {
+  function reach(/** @type {Place | null} */ at) {
     strokes.forEach((stroke, number) => stroke.classList.toggle('pale', !at || number >= at.stroke));
     const stroke = at && strokes[at.stroke];
     nib?.toggleAttribute('hidden', !stroke);
-    if (!stroke) { ghost?.setAttribute('d', ''); return; }
-    const ms = at.time === null ? 0 : (at.time - parseFloat(stroke.getAttribute('data-t0'))) * 1000;
+    if (!stroke || !ghost || !nib) { ghost?.setAttribute('d', ''); return; }
+    const ms = at.time === null ? 0 : (at.time - parseFloat(stroke.getAttribute('data-t0') ?? '')) * 1000;
     ghost.setAttribute('d', ms > 0 ? writtenTo(stroke, ms) : '');
     alike(ghost, stroke);
     const end = ms > 0 ? ghost.getPointAtLength(ghost.getTotalLength()) : stroke.getPointAtLength(0);
-    nib.setAttribute('cx', end.x); nib.setAttribute('cy', end.y);
+    nib.setAttribute('cx', String(end.x)); nib.setAttribute('cy', String(end.y));
   }
   return {
-    async show(plot, at) {
+    async show(/** @type {Plot} */ plot, /** @type {Place | null} */ at) {
       if (plot.finished || !plot.lies) { strokes = []; shown = -1; place.replaceChildren(h('p', { class: 'quiet' }, over())); return; }
       const page = at ? at.page : 0;
-      if (page !== shown) await load(plot, page);
+      if (page !== shown) await load(/** @type {Laid} */ (plot), page);
       reach(at);
     },
     forget() { shown = -1; },
   };
 }
 
+/** @type {Show} */
 export async function show(main, shared, [chosen]) {
   const gone = new AbortController();
-  const refusal = h('p', { class: 'bad', role: 'alert' });
+  const refusal = refusals();
   const place = h('div', { class: 'bed' });
   const list = h('ul', { class: 'list' });
   const told = h('div', { class: 'told', 'aria-live': 'polite', tabindex: 0, role: 'region', 'aria-label': 'What is told' });
   const bar = h('progress', { max: 1, value: 0, 'aria-label': 'Drawn' });
   const question = h('p', { class: 'asked', role: 'alert' });
-  const act = (label, work, main_ = false) => h('button', { type: 'button', class: main_ ? 'main' : undefined, onclick: () => work().catch((error) => { refusal.textContent = error.message; }) }, label);
+  const act = (/** @type {string} */ label, /** @type {() => any} */ work, main_ = false) => button(label, guarded(refusal, work), main_);
   const start = act('Draw', draw, true), pause = act('Pause', () => word('pause')), on = act('Continue', () => word('on'), true);
-  const stop = act('Stop', () => word('stop')), drop = act('Delete', forget), turn = act('Turn the sheet', turned);
+  const stop = act('Stop', () => word('stop')), drop = act('Delete it', forget), turn = act('Turn the sheet', turned);
   const [zeroLabel, zero] = tick('The pen stands above the start corner');
-  const [homeLabel, home] = tick('Back to the start corner when stopped');
+  const [homeLabel, home] = tick('Back to the start corner when stopped'), rest = more('More', homeLabel, h('div', { class: 'row' }, drop));
   const view = bed(place, () => (simulated ? 'The simulated plotter drew all of it: nothing is on paper.' : 'All of it is drawn.'), lay);
-  let plot = null, running = null, live = {}, left = false, simulated = false;
+  let plot = /** @type {Laid} */ (/** @type {any} */ (null)), running = /** @type {string | null} */ (null), live = /** @type {NonNullable<Snapshot['live']>} */ ({}), left = false, simulated = false;
 
-  async function word(what) {
+  async function word(/** @type {string} */ what) {
     refusal.textContent = '';
     pause.disabled = stop.disabled = true;
     await request('POST', `/api/tasks/${running}/word`, { word: what });
@@ -198,44 +199,45 @@ export async function show(main, shared, [chosen]) {
     watch(begun.id);
     await listed();
   }
-  /** The sheets are laid so: quarters to the left, their upper left corner there, mm from the bed's. */
+  /** The sheets are laid so: quarters to the left, their upper left corner there, mm from the bed's.  @type {Lay} */
   async function lay(quarters, x, y) {
     const focused = document.activeElement?.matches('.movable');
     let wrong = '';
-    await request('PUT', `/api/plots/${plot.job}/sheet`, { quarters, x, y }).catch((error) => { wrong = error.message; });
+    await request('PUT', `/api/plots/${plot.job}/sheet`, { quarters, x, y }).catch((/** @type {Error} */ error) => { wrong = error.message; });
     await choose(plot.job); // as it lies now, moved or not
     refusal.textContent = wrong;
-    if (focused) place.querySelector('.movable')?.focus();
+    if (focused) /** @type {SVGElement | null} */ (place.querySelector('.movable'))?.focus();
   }
   /** A quarter to the left about its middle, as far as the bed goes. */
   async function turned() {
     const [left, top, right, low] = edges(plot), [wide, high] = plot.bed, [width, height] = [low - top, right - left];
-    const inside = (middle, size, most) => Math.max(0, Math.min(middle - size / 2, most - size));
+    const inside = (/** @type {number} */ middle, /** @type {number} */ size, /** @type {number} */ most) => Math.max(0, Math.min(middle - size / 2, most - size));
     await lay((plot.lies.quarters + 1) % 4, inside((left + right) / 2, width, wide), inside((top + low) / 2, height, high));
   }
   async function forget() {
     await request('DELETE', `/api/plots/${plot.job}`);
-    say(`Deleted ${named(plot)}.`);
-    plot = null; view.forget(); place.replaceChildren();
+    say(`Deleted “${named(plot)}”.`);
+    plot = /** @type {any} */ (null); view.forget(); place.replaceChildren(); told.replaceChildren(); controls();
     await listed();
   }
   function controls() {
     const now = Boolean(running), asks = Boolean(live.question);
     start.hidden = now || !plot || plot.finished;
     start.textContent = plot?.runs.length ? 'Continue' : 'Draw';
-    pause.hidden = !now || asks; on.hidden = !asks; stop.hidden = !now; drop.hidden = now || !plot;
+    pause.hidden = !now || asks; on.hidden = !asks; stop.hidden = !now; rest.hidden = now || !plot;
     turn.hidden = now || !canBeLaid(plot);
-    zeroLabel.hidden = now || !plot?.runs.length || plot.finished; homeLabel.hidden = now || !plot || plot.finished;
+    zeroLabel.hidden = now || !plot?.runs.length || plot.finished; homeLabel.hidden = Boolean(plot?.finished);
     question.textContent = live.question || '';
-    bar.hidden = !plot || plot.finished;
+    bar.hidden = !plot || plot.finished || !(now || plot.runs.length);
   }
+  /** @param {(string | undefined)[]} lines */
   function sentences(...lines) {
     told.replaceChildren(...lines.filter(Boolean).map((line) => h('p', {}, line)));
   }
-  /** Follow a plot that is drawn until it has ended, or this page is left. */
+  /** Follow a plot that is drawn until it has ended, or this page is left.  @param {string} id */
   async function watch(id) {
     running = id;
-    let last = null;
+    let last = /** @type {Snapshot | null} */ (null);
     controls();
     try {
       for await (const snapshot of follow(id, gone.signal)) {
@@ -245,29 +247,29 @@ export async function show(main, shared, [chosen]) {
         sentences(snapshot.stage || 'Speaking with the plotter …', ...(snapshot.said || []).slice(-2));
         if (live.place) await view.show(plot, live.place);
       }
-    } catch (error) {
+    } catch (/** @type {any} */ error) {
       if (error.name === 'AbortError') return;
       refusal.textContent = error.message;
     }
     running = null; live = {};
     if (left) return;
     controls();
-    if (last?.error) refusal.textContent = last.error;
+    const wrong = /** @type {Snapshot | null} */ (last)?.error;
+    if (wrong) refusal.textContent = wrong;
     try {
       await choose(plot.job);
       await listed();
-    } catch (error) {
+    } catch (/** @type {any} */ error) {
       refusal.textContent = error.message;
     }
   }
-  async function choose(name) {
+  async function choose(/** @type {string} */ name) {
     plot = await request('GET', `/api/plots/${name}`);
     history.replaceState(null, '', `#jobs/${name}`);
     bar.value = plot.drawn_mm / Math.max(plot.pen_down_mm, 1e-9);
     view.forget();
     if (!plot.finished) devices.device.value = plot.device;
-    const machineName = shared.choices.plotters.find((one) => one.name === plot.device)?.title || plot.device;
-    sentences(`“${named(plot)}” for ${machineName}: ${plot.sheets} ${plot.sheets === 1 ? 'sheet' : 'sheets'}, ${metres(plot.pen_down_mm)} of ink.`,
+    sentences(`“${named(plot)}”: ${plot.sheets} ${plot.sheets === 1 ? 'sheet' : 'sheets'}, ${metres(plot.pen_down_mm)} of line.`,
       plot.outlook && plot.runs.length ? plot.outlook : '', plot.lies?.turned ? `The sheet lies with its top edge ${plot.lies.turned.replace('the reader', 'you')}.` : '', canBeLaid(plot) ? 'Drag the sheet to where it lies on the bed.' : '',
       plot.stopped && !plot.finished ? `It ended: ${plot.stopped}.` : '');
     told.append(pens(plot));
@@ -276,12 +278,12 @@ export async function show(main, shared, [chosen]) {
     if (plot.task && running !== plot.task) watch(plot.task);
   }
   async function listed() {
-    const { plots, drawn } = await request('GET', '/api/plots');
+    const { plots, drawn } = /** @type {{plots: Plot[], drawn: Record<string, string>}} */ (await request('GET', '/api/plots'));
     list.replaceChildren(...plots.map((one) => h('li', {}, h('button', {
       type: 'button', 'aria-current': plot?.job === one.job ? 'true' : undefined, disabled: Boolean(running) && plot?.job !== one.job,
-      onclick: () => { refusal.textContent = ''; choose(one.job).then(listed).catch((error) => { refusal.textContent = error.message; }); },
-    }, h('span', {}, named(one)), h('span', { class: 'quiet' }, `${one.job} · ${state(one, drawn)}`)))));
-    if (!plots.length) list.replaceChildren(h('li', { class: 'quiet' }, 'Nothing waits for the plotter. Write something, and make it with a pen: it is shown here first, as it lies on the bed.'), h('li', {}, h('a', { class: 'button', href: '#write' }, 'Write something')));
+      title: one.job, onclick: guarded(refusal, async () => { await choose(one.job); await listed(); }),
+    }, h('span', {}, named(one)), h('span', { class: 'quiet' }, state(one, drawn))))));
+    if (!plots.length) list.replaceChildren(h('li', { class: 'quiet' }, 'Nothing waits for the plotter.'));
     return { plots, drawn };
   }
 
@@ -290,12 +292,12 @@ export async function show(main, shared, [chosen]) {
   main.replaceChildren();
   const devices = machine(machines);
   main.append(h('div', { class: 'jobs' },
-    h('div', { class: 'column' }, h('h1', { class: 'hidden' }, 'Plotter'), devices.element, h('section', { class: 'panel' }, h('h2', {}, 'Plots'), list)),
-    h('section', { class: 'desk', 'aria-label': 'The bed' }, h('div', { class: 'tools' }, start, on, pause, stop, turn, drop, zeroLabel, homeLabel),
+    h('div', { class: 'column' }, h('h1', { class: 'hidden' }, 'Plotter'), h('section', { class: 'panel' }, h('h2', {}, 'To be drawn'), list), devices.element),
+    h('section', { class: 'desk', 'aria-label': 'The bed' }, h('div', { class: 'tools' }, start, on, pause, stop, turn, zeroLabel, rest),
       h('div', { class: 'asks' }, refusal, question), bar, place, told)));
   controls();
   const { plots, drawn } = await listed();
   const first = plots.find((one) => one.job === chosen) || plots.find((one) => one.job in drawn) || plots.find((one) => !one.finished);
-  if (first) { await choose(first.job); await listed(); } else place.replaceChildren(h('p', { class: 'quiet' }, 'Nothing lies on the bed yet.'));
+  if (first) { await choose(first.job); await listed(); } else place.replaceChildren(h('div', { class: 'empty' }, h('p', {}, 'Nothing lies on the plotter yet. Write something, and make it with a pen: it is shown here first, as it lies on the bed.'), h('a', { class: 'button main', href: '#write' }, 'Write something')));
   return () => { left = true; gone.abort(); };
 }

@@ -1,42 +1,39 @@
 // A table that is kept with its letter: its proof is looked at and approved, then it is made, paused, and gone on with.
 
+/** @import { Batch, Machines, Snapshot } from './types' */
 import { blob, follow, request, task } from './api.js';
 import * as drafts from './drafts.js';
-import { choice, field, grouped, h, named, save, say, steps, tick } from './dom.js';
+import { button, choice, field, grouped, guarded, h, more as folded, named, refusal as refusals, save, say, steps, tick } from './dom.js';
+import { picture } from './work.js';
 
 const TO = { pdf: 'a PDF file', printer: 'a printer', plotter: 'the plotter' };
 const LOOK = 3000; // ms between two looks at the rows of a batch that is made
 const SHOWN = 60; // pictures of a proof that are shown at once
 
-export async function kept(main, name, titles) {
+export async function kept(/** @type {HTMLElement} */ main, /** @type {string} */ name, /** @type {string[]} */ titles) {
   const gone = new AbortController(), url = `/api/batches/${name}`;
-  let batch = await request('GET', url), running = null;
+  let batch = /** @type {Batch} */ (await request('GET', url)), running = /** @type {string | null} */ (null);
+  /** @type {Pick<Machines, 'ports'>} */
   const machines = batch.to === 'plotter' ? await request('GET', '/api/machines', undefined, gone.signal) : { ports: [] };
   const out = new Set(batch.left_out), draft = await drafts.kept('batch'), own = draft.batch === name; // whether its letter is still on the page before
-  const refusal = h('p', { class: 'bad', role: 'alert' }), told = h('p', { class: 'quiet', 'aria-live': 'polite' }), question = h('p', { class: 'asked', role: 'alert' });
+  const refusal = refusals(), told = h('p', { class: 'quiet', 'aria-live': 'polite' }), question = h('p', { class: 'asked', role: 'alert' });
   const head = h('div', {}), title = h('h1', {}), summary = h('p', { 'aria-live': 'polite' });
   const bar = h('progress', { max: 1, value: 0, 'aria-label': 'Progress', hidden: true });
   const proofs = h('div', { class: 'proofs' }), rows = h('div', { class: 'rows', tabindex: 0, role: 'region', 'aria-label': 'Rows' });
   const more = h('button', { type: 'button', hidden: true, onclick: () => pictures(proofs.childElementCount) });
-  const act = (label, work, main_ = false) => h('button', {
-    type: 'button', class: main_ ? 'main' : undefined,
-    async onclick() {
-      refusal.textContent = '';
-      try { await work(); } catch (error) { if (error.name !== 'AbortError') refusal.textContent = error.message; }
-    },
-  }, label);
+  const act = (/** @type {string} */ label, /** @type {() => any} */ work, main_ = false) => button(label, guarded(refusal, work), main_);
   const ports = choice(['', ...machines.ports.map((port) => port.name)], Object.fromEntries([['', 'Choose …']].concat(machines.ports.map((port) => [port.name, port.name.startsWith('sim') ? port.title : `${port.name} ${port.title}`]))));
-  const others = machines.ports.map((port) => [port.name, ...tick(port.name.startsWith('sim') ? port.title : port.name, {})]);
-  const sharing = h('details', {}, h('summary', {}, 'Share it with more plotters'), others.map(([, label]) => label));
+  const others = machines.ports.map(/** @returns {[string, HTMLLabelElement, HTMLInputElement]} */ (port) => [port.name, ...tick(port.name.startsWith('sim') ? port.title : port.name, {})]);
+  const sharing = folded('Share it with more plotters', others.map(([, label]) => label));
   const where = h('div', { class: 'grid' }, field('Connected at', ports), sharing);
   const shared = () => others.filter(([port, , box]) => port !== ports.value && box.checked).map(([port]) => port);
   ports.addEventListener('change', () => controls());
 
-  const prove = act('Make a proof', () => followed(`${url}/proof`, {}));
+  const prove = act('Make a proof', () => followed(`${url}/proof`, {}), true), again = act('Make the proof anew', () => followed(`${url}/proof`, {}));
   const approve = act('Approve', async () => {
     try {
       shown(await request('POST', `${url}/approval`, { made: batch.proof.made, left_out: [...out] }));
-    } catch (error) {
+    } catch (/** @type {any} */ error) {
       shown(await request('GET', url));
       throw error;
     }
@@ -47,13 +44,13 @@ export async function kept(main, name, titles) {
   const sheet = act('Save the proof', async () => save(await blob(`${url}/files/proof.pdf`), `${name}-proof.pdf`));
   const change = act('Change the letter', async () => { await request('DELETE', url); drafts.keep('batch', { ...draft, batch: '', step: 1 }, refusal); location.hash = 'table'; });
   const drop = act('Delete', async () => { await request('DELETE', url); say('Deleted the batch.'); location.hash = 'table'; });
-  const another = h('a', { class: 'button', href: '#table' }, 'Another table');
+  const another = h('a', { class: 'button', href: '#table' }, 'Another table'), rest = folded('More', h('div', { class: 'row' }, again, sheet, drop));
 
   const lost = () => batch.proof.failed?.length || 0;
-  const word = (what) => request('POST', `/api/tasks/${running}/word`, { word: what });
-  function controls(live = {}) {
+  const word = (/** @type {string} */ what) => request('POST', `/api/tasks/${running}/word`, { word: what });
+  function controls(/** @type {Snapshot['live']} */ live = {}) {
     const busy = Boolean(running), before = ['new', 'proofed'].includes(batch.state), several = shared().length || batch.queues.length;
-    prove.hidden = busy || !before; prove.textContent = batch.state === 'new' ? 'Make a proof' : 'Make the proof anew';
+    prove.hidden = busy || batch.state !== 'new'; again.hidden = batch.state !== 'proofed';
     approve.hidden = busy || batch.state !== 'proofed' || !batch.proof.rows;
     const left = (batch.proof.rows || 0) - out.size, unseen = proofs.querySelector('.unseen');
     approve.textContent = lost() || out.size ? `Approve the other ${left}` : `Approve ${left === 1 ? 'it' : `all ${left}`}`;
@@ -63,16 +60,16 @@ export async function kept(main, name, titles) {
     make.disabled = batch.to === 'plotter' && !ports.value;
     where.hidden = make.hidden || batch.to !== 'plotter';
     for (const [port, label] of others) label.hidden = port === ports.value;
-    take.hidden = !batch.file; sheet.hidden = busy || batch.state === 'new'; drop.hidden = busy; change.hidden = busy || !before || !own; another.hidden = batch.state !== 'done';
-    stop.hidden = !busy; on.hidden = !live.question; bar.hidden = !busy;
+    take.hidden = !batch.file; sheet.hidden = batch.state === 'new'; change.hidden = busy || !before || !own; another.hidden = batch.state !== 'done';
+    rest.hidden = busy; stop.hidden = !busy; on.hidden = !live.question; bar.hidden = !busy;
     pause.hidden = !busy || Boolean(live.question) || making() === 'proof' || Boolean(several);
     question.textContent = live.question || '';
     head.replaceChildren(steps(titles, before ? 3 : batch.state === 'done' ? titles.length : 4, 0, () => {}));
   }
   const making = () => (['new', 'proofed'].includes(batch.state) ? 'proof' : 'rows');
-  async function watch(id) {
+  async function watch(/** @type {string} */ id) {
     running = id;
-    let last = null;
+    let last = /** @type {Snapshot | null} */ (null);
     controls();
     // what became of each row is told by its journal, not by the task
     const looking = setInterval(() => request('GET', url).then((facts) => { if (running) listed(facts); }).catch(() => {}), LOOK);
@@ -88,15 +85,16 @@ export async function kept(main, name, titles) {
       told.textContent = '';
       clearInterval(looking);
     }
-    if (last?.error) refusal.textContent = last.error;
+    const wrong = /** @type {Snapshot | null} */ (last)?.error;
+    if (wrong) refusal.textContent = wrong;
     shown(await request('GET', url));
   }
-  async function followed(path, body) {
+  async function followed(/** @type {string} */ path, /** @type {object} */ body) {
     running = path; // until the task has a name: nothing else may be asked for meanwhile
     controls();
     try {
       await watch((await task(path, body, null)).id);
-    } catch (error) {
+    } catch (/** @type {any} */ error) {
       running = null;
       controls();
       throw error;
@@ -112,53 +110,53 @@ export async function kept(main, name, titles) {
         unseen.remove();
         image.src = URL.createObjectURL(data);
         image.onload = () => URL.revokeObjectURL(image.src);
-      }).catch((error) => { if (error.name !== 'AbortError') image.after(unseen); }).finally(() => controls());
-      const unseen = h('p', { class: 'bad unseen' }, 'This page cannot be shown, so it cannot be approved. ', h('button', { type: 'button', onclick: fetched }, 'Try again'));
+      }).catch((/** @type {Error} */ error) => { if (error.name !== 'AbortError') image.after(unseen); }).finally(() => controls());
+      const unseen = h('p', { class: 'bad unseen' }, 'This page cannot be shown, so it cannot be approved. ', button('Try again', fetched));
       fetched();
-      const toggle = h('button', { type: 'button', class: 'leave', 'aria-label': `Leave out: row ${page.row}`, onclick: () => leave(page.row) }, 'Leave out');
+      const toggle = button('Leave out', () => leave(page.row), false, { class: 'leave', 'aria-label': `Leave out: row ${page.row}` });
       return h('figure', { class: looked.has(page.row) ? 'look' : undefined, 'data-row': page.row }, image,
-        h('figcaption', {}, `row ${page.row}, ${page.part}`, looked.has(page.row) ? h('span', { class: 'warned' }, looked.get(page.row).join('; ')) : ''), toggle, editor(page.row, 'Change it'));
+        h('figcaption', {}, `Row ${page.row}${page.part === 'letter 1' ? '' : `, ${page.part}`}`, looked.has(page.row) ? h('span', { class: 'warned' }, looked.get(page.row)?.join('; ')) : ''), h('div', { class: 'joined' }, toggle, editor(page.row, 'Change it')));
     }));
     more.hidden = pages.length <= most;
     more.textContent = `${most} of ${pages.length} pages are shown: show ${Math.min(SHOWN, pages.length - most)} more`;
     marked();
   }
-  function leave(row) {
+  function leave(/** @type {number} */ row) {
     if (out.has(row)) out.delete(row); else out.add(row);
     marked();
     controls();
   }
-  /** The cells of a row, to be put right; the proof is made anew then. */
+  /** The cells of a row, to be put right; the proof is made anew then.  @param {number} row */
   async function edit(row) {
-    const { cells } = await request('POST', `${url}/rows/${row}`, {}), wrong = h('p', { class: 'bad', role: 'alert' });
-    const inputs = Object.entries(cells).map(([header, cell]) => [header, h('textarea', { rows: 1 + (cell.match(/\n/g) || []).length }, cell)]);
+    const { cells } = await request('POST', `${url}/rows/${row}`, {}), wrong = refusals();
+    const inputs = Object.entries(/** @type {Record<string, string>} */ (cells)).map(/** @returns {[string, HTMLTextAreaElement]} */ ([header, cell]) => [header, h('textarea', { rows: 1 + (cell.match(/\n/g) || []).length }, cell)]);
     const dialog = h('dialog', { 'aria-label': `Row ${row}` }, h('h2', {}, `Row ${row}`), h('form', {
       class: 'panel-form',
-      async onsubmit(event) {
+      async onsubmit(/** @type {Event} */ event) {
         event.preventDefault();
         const changed = Object.fromEntries(inputs.filter(([header, input]) => input.value !== cells[header]).map(([header, input]) => [header, input.value]));
         try {
           if (Object.keys(changed).length) await request('POST', `${url}/rows/${row}`, { cells: changed, was: cells });
           dialog.close();
           if (Object.keys(changed).length) await followed(`${url}/proof`, {});
-        } catch (error) { wrong.textContent = refusal.textContent = error.message; }
+        } catch (/** @type {any} */ error) { wrong.textContent = refusal.textContent = error.message; }
       },
     }, inputs.map(([header, input]) => field(header, input)), h('p', { class: 'quiet' }, 'Only here: the file that you gave stays as it is. The proof is made anew.'), wrong,
-    h('div', { class: 'row' }, h('button', { class: 'main' }, 'Keep'), h('button', { type: 'button', onclick: () => dialog.close() }, 'Leave it'))));
+    h('div', { class: 'row' }, h('button', { class: 'main' }, 'Keep'), button('Leave it', () => dialog.close()))));
     dialog.addEventListener('close', () => dialog.remove());
     document.body.append(dialog);
     dialog.showModal();
   }
-  const editor = (row, label) => h('button', { type: 'button', class: 'edit', 'aria-label': `${label}: row ${row}`, onclick: () => edit(row).catch((error) => { refusal.textContent = error.message; }) }, label);
+  const editor = (/** @type {number} */ row, /** @type {string} */ label) => button(label, guarded(refusal, () => edit(row)), false, { class: 'edit', 'aria-label': `${label}: row ${row}` });
   function marked() {
-    for (const figure of proofs.children) {
-      const left = out.has(Number(figure.dataset.row)), toggle = figure.querySelector('.leave');
+    for (const figure of /** @type {NodeListOf<HTMLElement>} */ (proofs.querySelectorAll('figure'))) {
+      const left = out.has(Number(figure.dataset.row)), [toggle, change_] = /** @type {NodeListOf<HTMLElement>} */ (figure.querySelectorAll('.leave, .edit'));
       figure.classList.toggle('out', left);
-      toggle.hidden = figure.querySelector('.edit').hidden = batch.state !== 'proofed';
+      toggle.hidden = change_.hidden = batch.state !== 'proofed';
       toggle.setAttribute('aria-pressed', String(left));
     }
   }
-  function listed(facts) {
+  function listed(/** @type {Batch} */ facts) {
     const short = facts.rows.length < facts.count ? `The first ${facts.rows.length} of ${facts.count} rows are listed; all are made. The proof names every row that is to be looked at.` : '';
     const wrong = facts.rows.filter((row) => /^(failed|doubtful|cannot)/.test(row.state));
     rows.replaceChildren(short && h('p', { class: 'quiet' }, short),
@@ -166,7 +164,7 @@ export async function kept(main, name, titles) {
       h('table', {}, h('thead', {}, h('tr', {}, ['Row', 'Who', 'State', 'Look at'].map((label) => h('th', { scope: 'col' }, label)))),
         h('tbody', {}, facts.rows.map((row) => h('tr', {}, h('td', {}, row.row), h('td', {}, row.called), h('td', {}, row.state), h('td', {}, row.why.join('; '), row.state === 'cannot be made' && facts.state === 'proofed' ? editor(row.row, 'Put it right') : ''))))));
   }
-  function shown(facts) {
+  function shown(/** @type {Batch} */ facts) {
     const before = JSON.stringify(batch?.proof) !== JSON.stringify(facts.proof) || !proofs.childElementCount;
     batch = facts;
     if (before) { out.clear(); for (const row of batch.left_out) out.add(row); }
@@ -182,9 +180,9 @@ export async function kept(main, name, titles) {
     controls();
   }
   main.append(h('div', { class: 'flow' }, head, h('section', { class: 'flow-body kept' }, title, summary, where,
-    h('div', { class: 'row' }, approve, make, pause, on, stop, take, change, prove, sheet, another, drop), refusal, question, bar, told, proofs, more, rows)));
+    h('div', { class: 'row' }, approve, make, pause, on, stop, take, prove, change, another, rest), refusal, question, bar, told, proofs, more, rows)));
   shown(batch);
-  const quiet = (error) => { if (error.name !== 'AbortError') refusal.textContent = error.message; };
+  const quiet = (/** @type {Error} */ error) => { if (error.name !== 'AbortError') refusal.textContent = error.message; };
   if (batch.task) watch(batch.task).catch(quiet);
   else if (batch.state === 'new') followed(`${url}/proof`, {}).catch(quiet);
   return () => gone.abort();

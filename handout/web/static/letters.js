@@ -1,43 +1,45 @@
-// The page Letters: what was found on a scanned page, corrected letter by letter, doubtful ones first, by keys or pointer.
+// The page Correct letters: what was found on a scanned page, corrected letter by letter, doubtful ones first, by keys or pointer.
 
+/** @import { Hand, Point, Shared, Show } from './types' */
+/** @import { Letter, Pen, Stroke } from './stage.js' */
 import { request, task } from './api.js';
-import { choice, field, h, s, say } from './dom.js';
-import { lineIn } from './line.js';
+import { button, choice, field, h, handChoice, more as folded, refusal as refusals, s, say } from './dom.js';
 import { apart, middle, stage, strokesOf } from './stage.js';
+import { lineIn, progress } from './work.js';
 
-const VERDICTS = { sure: 'sure', doubtful: 'doubtful', refused: 'probably wrong', unnamed: 'without a name', confirmed: 'confirmed', kept_out: 'confirmed, and not written' };
+/** @type {Record<string, string>} */
+const VERDICTS = { sure: 'surely this letter', doubtful: 'doubtful', refused: 'probably wrong', unnamed: 'which letter is it?', confirmed: 'right, as you said', kept_out: 'right, and not written' };
 const NEAR = 12; // x-heights that fit into the shorter side of the view when a letter is looked at
 const LEARN_FIRST = 3, LEARN_AFTER = 12, QUIET = 8000; // corrections, the first time and then, and ms without one, after which the page is learned from
 const KEYS = matchMedia('(hover: hover)').matches;
 const HINT = KEYS ? 'Enter confirms, a key names the letter anew, ↓ goes to the next doubtful one, ← and → to the letters beside.' : 'A tap chooses a letter, two fingers move and enlarge the page.';
 const BY_KEYS = KEYS ? 'With keys: arrows move the cross, Space puts the pen down, Enter ends; Esc leaves it.' : 'Two fingers move the page; the button again leaves it.';
 
+/** @param {Hand[]} hands @param {string} [name] */
 function chooser(hands, name) {
-  const select = choice(['', ...hands.map((hand) => hand.name)], { '': 'Choose a hand' });
+  const select = handChoice(hands, { '': 'Choose …' });
   select.value = name || '';
   select.addEventListener('change', () => { if (select.value) location.hash = `letters/${encodeURIComponent(select.value)}`; });
-  return field('Hand', select);
+  return field('Handwriting', select);
 }
 
-function greeting(hands) {
-  return h('div', { class: 'middle' }, h('h1', {}, 'Letter by letter'), h('p', {}, 'Look through the letters of a hand from paper, and put right what was read wrongly. The program learns from it.'), chooser(hands, ''),
-    hands.some((hand) => hand.own) ? '' : h('p', { class: 'after' }, 'You have no hand of your own yet. ', h('a', { class: 'button', href: '#own' }, 'Make one')));
+function greeting(/** @type {Hand[]} */ hands) {
+  return h('div', { class: 'middle' }, h('h1', {}, 'Correct letters'), h('p', {}, 'Look through the letters of a handwriting from paper, and put right what was read wrongly. The others learn from it.'), chooser(hands, ''),
+    hands.some((hand) => hand.own) ? '' : h('p', { class: 'after' }, 'Your own is not here yet. ', h('a', { class: 'button main', href: '#own' }, 'Add my handwriting')));
 }
 
-function copying(hands, name, shared) {
-  const button = h('button', {
-    type: 'button', class: 'main',
-    async onclick() {
-      try {
-        const made = await request('POST', `/api/hands/${name}/copy`);
-        await shared.refresh();
-        location.hash = `letters/${made.name}`;
-      } catch (error) { say(error.message); }
-    },
-  }, 'Make a copy of my own');
-  return h('div', { class: 'middle' }, h('h1', {}, name), chooser(hands, name), h('p', {}, 'This hand comes with the program. To correct its letters, make a copy of your own.'), button);
+function copying(/** @type {Hand[]} */ hands, /** @type {string} */ name, /** @type {Shared} */ shared) {
+  const copy = button('Make a copy of my own', async () => {
+    try {
+      const made = await request('POST', `/api/hands/${name}/copy`);
+      await shared.refresh();
+      location.hash = `letters/${made.name}`;
+    } catch (/** @type {any} */ error) { say(error.message); }
+  }, true);
+  return h('div', { class: 'middle' }, h('h1', {}, name), chooser(hands, name), h('p', {}, 'This handwriting comes with the program. To correct its letters, make a copy of your own.'), copy);
 }
 
+/** @type {Show} */
 export async function show(main, shared, [name, number = '0']) {
   const hands = shared.choices.hands.filter((hand) => !hand.drawn);
   const hand = hands.find((one) => one.name === name);
@@ -46,23 +48,23 @@ export async function show(main, shared, [name, number = '0']) {
 
   const url = `/api/hands/${name}`, page = Number(number) || 0;
   let facts = await request('GET', `${url}/letters`);
-  let { letters } = await request('GET', `${url}/letters/${page}`);
+  let { letters } = /** @type {{letters: Letter[]}} */ (await request('GET', `${url}/letters/${page}`));
   const sheet = { ...facts.pages[page], page, tile: facts.tile }, unit = sheet.x_height;
-  let at = 0, mode = null, chain = Promise.resolve(), pending = 0, since = 0, learning = null, learned = false, quiet = 0, left_ = false;
+  let at = 0, mode = /** @type {any} */ (null), chain = /** @type {Promise<any>} */ (Promise.resolve()), pending = 0, since = 0, learning = /** @type {AbortController | null} */ (null), learned = false, quiet = 0, left_ = false;
   const skipped = new Set();
 
   const title = h('p', { class: 'big', 'aria-live': 'polite' }), about = h('p', { class: 'quiet' });
-  const left = h('p', {}), refusal = h('p', { class: 'bad', role: 'alert' }), kept = h('p', { class: 'quiet', 'aria-live': 'polite' });
+  const left = h('p', {}), refusal = refusals(), kept = h('p', { class: 'quiet', 'aria-live': 'polite' });
   const input = h('input', { autocomplete: 'off', autocapitalize: 'off', spellcheck: 'false', maxlength: 8 });
   const hint = h('p', { class: 'quiet' }, HINT), more = h('span', { class: 'row push' });
   const view = stage(url, sheet, pressed);
 
   const here = () => letters[at];
-  const doubtful = (letter) => letter.gain > 0;
+  const doubtful = (/** @type {Letter} */ letter) => letter.gain > 0;
   const doubts = () => letters.filter(doubtful).sort((a, b) => b.gain - a.gain);
-  const indexOf = (id) => letters.findIndex((letter) => letter.id === id);
+  const indexOf = (/** @type {number} */ id) => letters.findIndex((letter) => letter.id === id);
 
-  function choose(index) {
+  function choose(/** @type {number} */ index) {
     at = Math.max(0, Math.min(index, letters.length - 1));
     const letter = here();
     view.frame(letter);
@@ -70,7 +72,7 @@ export async function show(main, shared, [name, number = '0']) {
     title.textContent = letter.letter || '?';
     input.value = letter.letter;
     const sure = ['confirmed', 'kept_out', 'unnamed'].includes(letter.verdict) ? '' : ` (${Math.round(letter.probability * 100)} of 100 sure)`;
-    about.textContent = `${VERDICTS[letter.verdict]}${sure}; ${letter.word ? `in “${letter.word}”, ` : ''}line ${letter.line + 1}${letter.joined ? ', joined to the next' : letter.linked ? ', next to another' : ''}${letter.ordered ? ', strokes told' : ''}`;
+    about.textContent = `${letter.word ? `in “${letter.word}”, ` : ''}line ${letter.line + 1}: ${VERDICTS[letter.verdict]}${sure}${letter.joined ? ', joined to the next' : ''}${letter.ordered ? ', strokes told' : ''}`;
     tell();
   }
 
@@ -79,8 +81,8 @@ export async function show(main, shared, [name, number = '0']) {
     left.textContent = count ? `${count} of ${letters.length} letters are doubtful.` : `None of ${letters.length} letters is doubtful.`;
     pages.options[page].textContent = `${page + 1}: ${count} doubtful of ${letters.length}`;
     undo.disabled = !facts.made; redo.disabled = facts.made >= facts.entries;
-    link.firstChild.textContent = here()?.joined ? 'Not joined to the next' : 'Joined to the next';
-    unwritten.firstChild.textContent = here()?.verdict === 'kept_out' ? 'Write it again' : 'Do not write';
+    /** @type {Node} */ (link.firstChild).textContent = here()?.joined ? 'Not joined to the next' : 'Joined to the next';
+    /** @type {Node} */ (unwritten.firstChild).textContent = here()?.verdict === 'kept_out' ? 'Write it again' : 'Do not write';
     kept.textContent = facts.trouble || (pending ? 'Keeping …' : facts.made ? `${facts.made} ${facts.made === 1 ? 'correction is' : 'corrections are'} kept.` : '');
   }
 
@@ -91,10 +93,10 @@ export async function show(main, shared, [name, number = '0']) {
     else { skipped.clear(); const [again] = doubts(); if (again) choose(indexOf(again.id)); else tell(); }
   }
 
-  function pressed([x, y], on) {
-    const stroke = on.closest?.('[data-stroke]');
+  function pressed(/** @type {Point} */ [x, y], /** @type {Element} */ on) {
+    const stroke = /** @type {HTMLElement | null} */ (on.closest?.('[data-stroke]'));
     if (mode?.strokes && stroke) { turn(Number(stroke.dataset.stroke)); return; }
-    const inside = ({ box: [l, t, r, b] }) => x > l - 3 && x < r + 3 && y > t - 3 && y < b + 3;
+    const inside = (/** @type {Letter} */ { box: [l, t, r, b] }) => x > l - 3 && x < r + 3 && y > t - 3 && y < b + 3;
     const order = letters.map((letter, index) => [inside(letter) ? 0 : 1e4, apart(middle(letter), [x, y]), index]).sort((a, b) => a[0] + a[1] - b[0] - b[1]);
     if (order.length && order[0][0] + order[0][1] < 1e4 + 3 * unit) {
       const strokes = mode?.strokes;
@@ -104,14 +106,14 @@ export async function show(main, shared, [name, number = '0']) {
     view.svg.focus();
   }
 
-  /** What an answer says of this page's letters. */
+  /** What an answer says of this page's letters.  @param {any} answer */
   function renew(answer) {
     facts = answer;
     const told = answer.told?.[page];
     if (!told) return;
     const known = new Map(letters.map((letter) => [letter.id, letter])), id = here()?.id, spot = here()?.spot;
     for (const letter of told.letters) known.set(letter.id, letter);
-    letters = told.order.map((one) => known.get(one)).filter(Boolean);
+    letters = told.order.map((/** @type {number} */ one) => known.get(one)).filter(Boolean);
     view.letters(letters, told.letters);
     const still = indexOf(id);
     if (still >= 0) choose(still);
@@ -120,10 +122,10 @@ export async function show(main, shared, [name, number = '0']) {
   async function reload() {
     facts = await request('GET', `${url}/letters`);
     const answer = await request('GET', `${url}/letters/${page}`);
-    renew({ ...facts, told: { [page]: { order: answer.letters.map((letter) => letter.id), letters: answer.letters } } });
+    renew({ ...facts, told: { [page]: { order: answer.letters.map((/** @type {Letter} */ letter) => letter.id), letters: answer.letters } } });
   }
 
-  /** Changes are sent one after the other; what is looked at meanwhile may be another letter already. */
+  /** Changes are sent one after the other; what is looked at meanwhile may be another letter already.  @param {string} path @param {object} body @param {{unnamed?: boolean, painted?: boolean}} [how] */
   function change(path, body, { unnamed = false, painted = false } = {}) {
     pending += 1; tell();
     refusal.textContent = '';
@@ -131,7 +133,7 @@ export async function show(main, shared, [name, number = '0']) {
       try {
         const send = () => request('POST', `${url}/${path}`, { revision: facts.revision, ...body });
         // what was learned may just have taken the hand's place: the correction is for what is there now
-        const answer = await send().catch(async (error) => { if (error.status !== 409 || !learning) throw error; await reload(); return send(); });
+        const answer = await send().catch(async (/** @type {any} */ error) => { if (error.status !== 409 || !learning) throw error; await reload(); return send(); });
         pending -= 1;
         renew(answer);
         if (painted) view.repaint();
@@ -142,25 +144,25 @@ export async function show(main, shared, [name, number = '0']) {
         for (const note of answer.notes || []) say(note);
         since += 1; soonLearn();
         return answer;
-      } catch (error) {
+      } catch (/** @type {any} */ error) {
         pending -= 1;
         await reload();
         refusal.textContent = error.message;
         tell();
         return null;
       }
-    }).catch((error) => { refusal.textContent = error.message; });
+    }).catch((/** @type {Error} */ error) => { refusal.textContent = error.message; });
     const answered = chain;
     // the words around it follow
-    chain = chain.then(async (/** @type {any} */ answer) => { if (answer?.behind) { const all = await request('GET', `${url}/alignment?revision=${answer.revision}`); renew(all); await showRewritten(all.rewritten?.[page]); } }).catch((error) => { refusal.textContent = error.message; });
+    chain = chain.then(async (/** @type {any} */ answer) => { if (answer?.behind) { const all = await request('GET', `${url}/alignment?revision=${answer.revision}`); renew(all); await showRewritten(all.rewritten?.[page]); } }).catch((/** @type {Error} */ error) => { refusal.textContent = error.message; });
     return answered;
   }
   /** Strokes of other letters that follow what was said of one: shown once, undone with it. */
-  async function showRewritten(strokes = []) {
+  async function showRewritten(/** @type {Stroke[]} */ strokes = []) {
     const ids = new Set(strokes.map((stroke) => stroke.id)), mine = mode;
     if (!ids.size) return;
     say(`${ids.size === 1 ? 'Another letter is' : `${ids.size} other letters are`} now written so, too, as shown; Undo takes all back.`);
-    if (mine?.strokes?.some((own) => ids.has(own.id))) {
+    if (mine?.strokes?.some((/** @type {Stroke} */ own) => ids.has(own.id))) {
       const [x, y] = mine.strokes[0].xy[0];
       const { strokes: word } = await request('GET', `${url}/strokes/${page}/${Math.max(0, Math.round(x))}/${Math.max(0, Math.round(y))}`);
       if (mode !== mine) return;
@@ -168,8 +170,8 @@ export async function show(main, shared, [name, number = '0']) {
     }
     for (const group of strokesOf(strokes, -1, unit, true)) { group.removeAttribute('data-stroke'); view.written.append(group); }
   }
-  const correct = (correction, how) => change('corrections', { corrections: [{ page, ...correction }], later: true }, how);
-  const back = (count) => { if (!mode) view.written.replaceChildren(); return change('history', { back: count }, { painted: true }); };
+  const correct = (/** @type {object} */ correction, /** @type {{unnamed?: boolean, painted?: boolean}} */ how = {}) => change('corrections', { corrections: [{ page, ...correction }], later: true }, how);
+  const back = (/** @type {number} */ count) => { if (!mode) view.written.replaceChildren(); return change('history', { back: count }, { painted: true }); };
 
   function confirmLetter() {
     if (!here()?.letter) { refusal.textContent = 'This has no name yet: type its letter.'; return; }
@@ -184,14 +186,14 @@ export async function show(main, shared, [name, number = '0']) {
     letters[at] = { ...here(), verdict: out ? 'kept_out' : 'confirmed', probability: 1, gain: 0 };
     if (out) nextDoubt(); else choose(at);
   }
-  function label(text) {
+  function label(/** @type {string} */ text) {
     if (!text.trim() || !here()) return;
     correct({ do: 'label', at: here().spot, text: text.trim() });
     letters[at] = { ...here(), letter: text.trim(), verdict: 'confirmed', probability: 1, gain: 0 };
     nextDoubt();
   }
   const removeLetter = () => correct({ do: 'remove', at: here().spot });
-  function beside(step) {
+  function beside(/** @type {number} */ step) {
     const other = letters[at + step];
     if (other && other.line === here().line) return other;
     refusal.textContent = `There is no letter ${step > 0 ? 'after' : 'before'} it on its line.`;
@@ -203,8 +205,8 @@ export async function show(main, shared, [name, number = '0']) {
     else { const other = beside(1); if (other) correct({ do: 'link', at: here().spot, other: other.spot }); }
   }
 
-  const rounded = (points) => points.map(([x, y]) => [Math.round(x * 10) / 10, Math.round(y * 10) / 10]);
-  const thinned = (points, most) => { const step = Math.ceil(points.length / most); return points.filter((_, index) => index % step === 0 || index === points.length - 1); };
+  const rounded = (/** @type {Point[]} */ points) => points.map(/** @returns {Point} */ ([x, y]) => [Math.round(x * 10) / 10, Math.round(y * 10) / 10]);
+  const thinned = (/** @type {Point[]} */ points, /** @type {number} */ most) => { const step = Math.ceil(points.length / most); return points.filter((_, index) => index % step === 0 || index === points.length - 1); };
   function stop() {
     mode = null;
     view.draw(null); view.bases.replaceChildren(); view.written.replaceChildren(); more.replaceChildren();
@@ -212,7 +214,7 @@ export async function show(main, shared, [name, number = '0']) {
     for (const button of tools.values()) button.removeAttribute('aria-pressed');
     view.svg.focus();
   }
-  function begin(id, what, said, from = here() ? middle(here()) : [view.view.x + view.view.w / 2, view.view.y + view.view.h / 2]) {
+  function begin(/** @type {string} */ id, /** @type {Pen | null} */ what, /** @type {string} */ said, /** @type {Point} */ from = here() ? middle(here()) : [view.view.x + view.view.w / 2, view.view.y + view.view.h / 2]) {
     const again = mode?.id === id;
     stop();
     if (again) return false;
@@ -226,31 +228,32 @@ export async function show(main, shared, [name, number = '0']) {
   function beginCut() {
     if (!here()) return;
     const { box: [x, y, right, low] } = here(), lean = sheet.slant * (low - y) / 2, over = unit * 0.2, cx = (x + right) / 2;
-    const cut = { kind: 'line', done: ([a, b]) => { stop(); correct({ do: 'split', a, b }, { unnamed: true }); } };
+    const cut = { kind: 'line', done: (/** @type {Point[]} */ [a, b]) => { stop(); correct({ do: 'split', a, b }, { unnamed: true }); } };
     if (begin('cut', cut, 'Draw the cut; or move it with ← and →, tilt it with ↑ and ↓, Enter cuts.')) {
       mode.way = [[cx + lean, y - over], [cx - lean, low + over]];
       view.draw({ ...cut, start: mode.way });
       hint.textContent = 'Draw the cut; or move it with ← and →, tilt it with ↑ and ↓; Enter cuts, Esc leaves it.';
     }
   }
-  function moveCut(key, step) {
-    const by = { ArrowLeft: [-step, -step], ArrowRight: [step, step], ArrowUp: [step, -step], ArrowDown: [-step, step] }[key];
-    mode.way = mode.way.map(([x, y], end) => [x + by[end], y]);
-    view.draw({ kind: 'line', start: mode.way, done: ([a, b]) => { stop(); correct({ do: 'split', a, b }, { unnamed: true }); } });
+  function moveCut(/** @type {string} */ key, /** @type {number} */ step) {
+    if (!mode) return;
+    const by = /** @type {Record<string, number[]>} */ ({ ArrowLeft: [-step, -step], ArrowRight: [step, step], ArrowUp: [step, -step], ArrowDown: [-step, step] })[key];
+    mode.way = mode.way.map((/** @type {Point} */ [x, y], /** @type {number} */ end) => [x + by[end], y]);
+    view.draw({ kind: 'line', start: mode.way, done: (/** @type {Point[]} */ [a, b]) => { stop(); correct({ do: 'split', a, b }, { unnamed: true }); } });
   }
   function beginOutline() {
     if (!here()?.letter) { refusal.textContent = 'This has no name yet: type its letter.'; return; }
     const { letter } = here();
-    begin('outline', { kind: 'path', closed: true, done: (points) => { stop(); correct({ do: 'outline', within: rounded(thinned(points, 60)), text: letter }); } }, `Draw around all ink of “${letter}” and of nothing else.`);
+    begin('outline', { kind: 'path', closed: true, done: (/** @type {Point[]} */ points) => { stop(); correct({ do: 'outline', within: rounded(thinned(points, 60)), text: letter }); } }, `Draw around all ink of “${letter}” and of nothing else.`);
   }
-  function beginPaint(to) {
+  function beginPaint(/** @type {string} */ to) {
     const wide = Math.max(2, Number(brush.value) * unit / 100);
     const seen = facts.pages[page].scan, alone = 'This hand keeps no scan of the page: only what is under the brush changes.';
     const said = to === 'paper' ? `Paint over what is no ink${seen ? '; one dab is enough for all of a stain' : ''}.` : `Paint ink where there is some that was not found${seen ? '; one dab is enough for a stroke' : ''}.`;
-    begin(to, { kind: 'path', width: wide, to, done: (points) => { view.draw(null); correct({ do: 'paint', to, stroke: rounded(thinned(points, 200)), width: wide }, { painted: true }).then(() => { if (mode?.id === to) { mode = null; beginPaint(to); } }); } }, seen ? said : `${said} ${alone}`);
+    begin(to, { kind: 'path', width: wide, to, done: (/** @type {Point[]} */ points) => { view.draw(null); correct({ do: 'paint', to, stroke: rounded(thinned(points, 200)), width: wide }, { painted: true }).then(() => { if (mode?.id === to) { mode = null; beginPaint(to); } }); } }, seen ? said : `${said} ${alone}`);
   }
   function beginPrinted() {
-    begin('printed', { kind: 'line', done: ([a, b]) => { stop(); correct({ do: 'rule', a, b, width: Math.max(2, unit * 0.2) }, { painted: true }); } }, 'Draw along a printed rule that was taken for ink; those like it go, too.');
+    begin('printed', { kind: 'line', done: (/** @type {Point[]} */ [a, b]) => { stop(); correct({ do: 'rule', a, b, width: Math.max(2, unit * 0.2) }, { painted: true }); } }, 'Draw along a printed rule that was taken for ink; those like it go, too.');
   }
 
   function beginBase() {
@@ -268,7 +271,7 @@ export async function show(main, shared, [name, number = '0']) {
       ...[['a', a], ['both', mid], ['b', b]].map(([handle, [cx, cy]]) => s('circle', { cx, cy, r: unit * 0.22, 'data-handle': handle })),
     );
   }
-  view.bases.addEventListener('drag', ({ detail: { handle, place } }) => {
+  view.bases.addEventListener('drag', (/** @type {any} */ { detail: { handle, place } }) => {
     if (!mode?.base) return;
     const { a, b } = mode.base;
     if (handle === 'both') { const by = place[1] - (a[1] + (b[1] - a[1]) * (place[0] - a[0]) / (b[0] - a[0])); a[1] += by; b[1] += by; } else mode.base[handle][1] = place[1];
@@ -288,7 +291,7 @@ export async function show(main, shared, [name, number = '0']) {
     await chain;
     const { strokes } = await request('GET', `${url}/strokes/${page}/${Math.max(0, Math.round(x))}/${Math.max(0, Math.round(y))}`);
     if (mode !== mine) return;
-    mode.strokes = strokes; mode.chosen = Math.max(0, strokes.findIndex((stroke) => stroke.id === here().id));
+    mode.strokes = strokes; mode.chosen = Math.max(0, strokes.findIndex((/** @type {Stroke} */ stroke) => stroke.id === here().id));
     hint.textContent = KEYS ? 'A click reverses a stroke. With keys: ← and → choose one, Enter reverses it, ↑ and ↓ write it earlier or later, Space shows it again; Esc leaves it.' : 'A tap reverses a stroke.';
     more.replaceChildren(small('Next stroke', () => chooseStroke(1)), small('Earlier', () => reorder(-1)), small('Later', () => reorder(1)), small('Again', () => drawStrokes(false)));
     drawStrokes();
@@ -296,24 +299,24 @@ export async function show(main, shared, [name, number = '0']) {
   function drawStrokes(calm = matchMedia('(prefers-reduced-motion: reduce)').matches) {
     view.written.replaceChildren(...strokesOf(mode.strokes, mode.chosen, unit, calm));
   }
-  function chooseStroke(by) {
+  function chooseStroke(/** @type {number} */ by) {
     mode.chosen = (mode.chosen + by + mode.strokes.length) % mode.strokes.length;
     drawStrokes(true);
   }
-  function keepStrokes(id) {
-    const own = mode.strokes.filter((stroke) => stroke.id === id);
+  function keepStrokes(/** @type {number} */ id) {
+    const own = /** @type {Stroke[]} */ (mode?.strokes).filter((stroke) => stroke.id === id);
     drawStrokes(true);
     const letter = letters[indexOf(id)];
     if (letter) correct({ do: 'strokes', at: own[0].xy[0], ways: own.map((stroke) => stroke.xy) });
   }
-  function turn(index) {
+  function turn(/** @type {number} */ index) {
     const stroke = mode.strokes[index];
     if (!stroke) return;
     mode.chosen = index;
     stroke.xy = [...stroke.xy].reverse();
     keepStrokes(stroke.id);
   }
-  function reorder(step) {
+  function reorder(/** @type {number} */ step) {
     const { strokes, chosen } = mode, other = chosen + step;
     if (!strokes[other] || strokes[other].id !== strokes[chosen].id) return;
     [strokes[chosen], strokes[other]] = [strokes[other], strokes[chosen]];
@@ -324,7 +327,7 @@ export async function show(main, shared, [name, number = '0']) {
     if (!here()) return;
     const { id, spot, letter } = here();
     const ways = mode?.id === 'write' ? mode.ways : [];
-    const pen = { kind: 'path', done: (points) => { ways.push(rounded(thinned(points, 120))); view.written.append(s('path', { d: `M${points.join('L')}`, class: 'stroke', 'stroke-width': unit * 0.07 })); hint.textContent = `${ways.length} drawn: draw the next stroke, or keep them${KEYS ? ' with Enter' : ''}.`; more.replaceChildren(small('Keep', keepWriting)); view.draw(pen, middle(here())); } };
+    const pen = { kind: 'path', done: (/** @type {Point[]} */ points) => { ways.push(rounded(thinned(points, 120))); view.written.append(s('path', { d: `M${points.join('L')}`, class: 'stroke', 'stroke-width': unit * 0.07 })); hint.textContent = `${ways.length} drawn: draw the next stroke, or keep them${KEYS ? ' with Enter' : ''}.`; more.replaceChildren(small('Keep', keepWriting)); view.draw(pen, middle(here())); } };
     if (begin('write', pen, `Draw the strokes of “${letter || '?'}” over its ink, in their order.`)) Object.assign(mode, { ways, of: id, spot });
   }
   function keepWriting() {
@@ -333,18 +336,22 @@ export async function show(main, shared, [name, number = '0']) {
     if (ways.length) correct({ do: 'strokes', at: spot, ways });
   }
 
-  const key = (text) => h('kbd', {}, text);
-  const act = (text, keys, work, title) => h('button', { type: 'button', ...(title && { title }), onclick: () => { work(); view.svg.focus(); } }, h('span', {}, text), key(keys));
-  const small = (text, work) => h('button', { type: 'button', onclick: () => { work(); view.svg.focus(); } }, text);
+  const key = (/** @type {string} */ text) => h('kbd', {}, text);
+  const small = (/** @type {any} */ text, /** @type {() => any} */ work, more_ = {}) => button(text, () => { work(); view.svg.focus(); }, false, more_);
+  const act = (/** @type {string} */ text, /** @type {string} */ keys, /** @type {() => any} */ work, title = /** @type {string | undefined} */ (undefined)) => small([h('span', {}, text), key(keys)], work, { title });
   const undo = act('Undo', 'Ctrl+Z', () => back(1)), redo = act('Redo', 'Ctrl+Y', () => back(-1));
   const link = act('Joined to the next', 'Alt+L', linkNext), unwritten = act('Do not write', 'Alt+N', keepOut, 'It is this letter, but do not write this one: others of its name are written in its place.');
+  const right = act('That is right', 'Enter', confirmLetter, 'It is this letter, in name and extent. It is written no more often for that.');
+  right.className = 'main';
   const tools = new Map([
     ['cut', act('Cut it in two', 'Alt+C', beginCut)], ['outline', act('Draw around it', 'Alt+O', beginOutline)], ['strokes', act('Show its strokes', 'Alt+S', beginStrokes)], ['write', act('Write over it', 'Alt+W', beginWriting)],
     ['paper', act('Paint paper', 'Alt+P', () => beginPaint('paper'))], ['ink', act('Paint ink', 'Alt+I', () => beginPaint('ink'))], ['printed', act('Printed rule', 'Alt+R', beginPrinted)], ['base', act('Move the line below', 'Alt+B', beginBase)],
   ]);
+  /** @type {Record<string, () => any>} */
   const BY_CODE = { KeyC: beginCut, KeyJ: joinNext, KeyL: linkNext, KeyN: keepOut, KeyO: beginOutline, KeyS: beginStrokes, KeyW: beginWriting, KeyP: () => beginPaint('paper'), KeyI: () => beginPaint('ink'), KeyR: beginPrinted, KeyB: beginBase };
 
-  function modal(pressedKey, event) {
+  function modal(/** @type {string} */ pressedKey, /** @type {KeyboardEvent} */ event) {
+    if (!mode) return false;
     const arrow = pressedKey.startsWith('Arrow');
     if (pressedKey === 'Escape') stop();
     else if (mode.way && arrow) moveCut(pressedKey, (event.shiftKey ? 8 : 2));
@@ -382,15 +389,13 @@ export async function show(main, shared, [name, number = '0']) {
     else if ([...pressedKey].length === 1 && pressedKey !== ' ' && done()) label(pressedKey);
   });
 
-  const pages = choice(facts.pages.map((_, index) => String(index)), Object.fromEntries(facts.pages.map((one, index) => [index, `${index + 1}: ${one.doubtful} doubtful of ${one.letters}`])));
+  const pages = choice(facts.pages.map((/** @type {any} */ _, /** @type {number} */ index) => String(index)), Object.fromEntries(facts.pages.map((/** @type {any} */ one, /** @type {number} */ index) => [index, `${index + 1}: ${one.doubtful} doubtful of ${one.letters}`])));
   pages.value = String(page);
   pages.addEventListener('change', () => { location.hash = `letters/${encodeURIComponent(name)}/${pages.value}`; });
 
-  const bar = h('progress', { max: 1, value: 0, 'aria-label': 'Progress' }), step = h('span', { class: 'quiet' });
-  const work = h('div', { class: 'work', hidden: true }, step, bar);
-  const heard = (snapshot) => { work.hidden = false; bar.value = snapshot.share; step.textContent = snapshot.state === 'waiting' ? 'waiting' : snapshot.stage; };
-  const learn = h('button', { type: 'button', onclick: () => beginLearning(true) }, 'Learn from the corrections');
-  async function beginLearning(asked) {
+  const { line: work, heard, run } = progress();
+  const learn = button('Learn from the corrections', () => beginLearning(true));
+  async function beginLearning(/** @type {boolean} */ asked) {
     if (learning || left_) return;
     learn.disabled = true; since = 0; learned = true;
     learning = new AbortController();
@@ -401,7 +406,7 @@ export async function show(main, shared, [name, number = '0']) {
       chain = chain.then(() => { renew(learnt); });
       await chain;
       if (asked || learnt.changed) say(learnt.changed ? `${learnt.changed} other letters were found anew.` : 'All other letters stay as they were.');
-    } catch (error) {
+    } catch (/** @type {any} */ error) {
       if (error.name !== 'AbortError' && asked) refusal.textContent = error.message;
       if (error.name !== 'AbortError') await reload().catch(() => {});
     } finally { learning = null; learn.disabled = false; work.hidden = true; }
@@ -411,22 +416,22 @@ export async function show(main, shared, [name, number = '0']) {
     if (since >= (learned ? LEARN_AFTER : LEARN_FIRST)) quiet = setTimeout(() => beginLearning(false), QUIET);
   }
 
-  const trying = lineIn(name, 'A line in the hand as it is now', heard, () => chain, (error) => { refusal.textContent = error?.message || ''; work.hidden = true; });
+  const trying = lineIn(name, 'A line in it as it is now', run, () => chain, (error) => { refusal.textContent = error?.message || ''; });
 
   const brush = h('input', { type: 'range', min: 5, max: 80, value: 20 });
-  const naming = h('form', { 'aria-label': 'Name the letter', onsubmit(event) { event.preventDefault(); label(input.value); view.svg.focus(); } },
+  const naming = h('form', { 'aria-label': 'Name the letter', onsubmit(/** @type {Event} */ event) { event.preventDefault(); label(input.value); view.svg.focus(); } },
     h('div', { class: 'row' }, h('div', { class: 'wide' }, field('Its letter', input)), h('button', {}, 'Name it')));
   main.append(h('div', { class: 'letters' },
     h('h1', { class: 'hidden' }, `Letters of ${name}`),
     h('section', { class: 'stage', 'aria-label': 'The page' },
-      h('div', { class: 'tools' }, hint, more, h('span', { class: 'joined push' }, h('button', { type: 'button', class: 'icon', 'aria-label': 'Larger', onclick: () => view.zoom(0.7) }, '+'), h('button', { type: 'button', class: 'icon', 'aria-label': 'Smaller', onclick: () => view.zoom(1.4) }, '−'))),
+      h('div', { class: 'tools' }, hint, more, h('span', { class: 'joined push' }, button('+', () => view.zoom(0.7), false, { class: 'icon', 'aria-label': 'Larger' }), button('−', () => view.zoom(1.4), false, { class: 'icon', 'aria-label': 'Smaller' }))),
       view.svg),
     h('aside', { class: 'side', 'aria-label': 'The letter' }, left, h('div', {}, title, about), refusal, naming,
-      h('div', { class: 'keys' }, act('That is right', 'Enter', confirmLetter, 'It is this letter, in name and extent. It is written no more often for that.'), unwritten, act('It is no letter', 'Del', removeLetter), act('Next', '↓', nextDoubt), undo, redo),
-      h('details', {}, h('summary', {}, 'Where it begins and ends'), h('div', { class: 'keys' }, act('Add the next piece', 'Alt+J', joinNext), link, tools.get('cut'), tools.get('outline'), tools.get('base'))),
-      h('details', {}, h('summary', {}, 'How it is written'), h('div', { class: 'keys' }, tools.get('strokes'), tools.get('write'))),
-      h('details', {}, h('summary', {}, 'Ink and paper'), h('div', { class: 'keys' }, tools.get('paper'), tools.get('ink'), tools.get('printed')), field('Width of the brush', brush)),
-      kept, learn, work, trying, chooser(hands, name), field('Page', pages))));
+      h('div', { class: 'keys' }, right, act('Next', '↓', nextDoubt), unwritten, act('It is no letter', 'Del', removeLetter), h('div', { class: 'pair' }, undo, redo)),
+      folded('Where it begins and ends', h('div', { class: 'keys' }, act('Add the next piece', 'Alt+J', joinNext), link, tools.get('cut'), tools.get('outline'), tools.get('base'))),
+      folded('How it is written', h('div', { class: 'keys' }, tools.get('strokes'), tools.get('write'))),
+      folded('Ink and paper', h('div', { class: 'keys' }, tools.get('paper'), tools.get('ink'), tools.get('printed')), field('Width of the brush', brush)),
+      kept, learn, work, trying, folded('Another handwriting, another page', chooser(hands, name), field('Page', pages)))));
   view.letters(letters);
   const [first] = doubts();
   view.look(first ? middle(first) : [sheet.width / 2, sheet.height / 4], view.near(NEAR));

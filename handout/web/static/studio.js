@@ -1,33 +1,35 @@
 // The frame: the session, the doors, and which page is shown.  A page is fetched when it is first opened.
 
+/** @import { Show, Shared } from './types' */
 import { open, key, request } from './api.js';
 import { h, say } from './dom.js';
 
-/** Pages by their place in the address: title, module. */
+/** Pages by their place in the address: title, module.  @type {Record<string, [string, () => Promise<{show: Show}>]>} */
 const PAGES = {
   home: ['Start', () => import('./home.js')],
   write: ['Write', () => import('./write.js')],
   table: ['Letters from a table', () => import('./table.js')],
   own: ['My own handwriting', () => import('./own.js')],
-  hands: ['All hands', () => import('./hands.js')],
-  letters: ['Letter by letter', () => import('./letters.js')],
+  hands: ['All handwritings', () => import('./hands.js')],
+  letters: ['Correct letters', () => import('./letters.js')],
   jobs: ['Plotter', () => import('./jobs.js')],
   calibration: ['Colours', () => import('./calibration.js')],
-  styles: ['Styles of movement', () => import('./styles.js')],
-  style: ['A style of movement', () => import('./style.js')],
+  styles: ['Styles', () => import('./styles.js')],
+  style: ['A style', () => import('./style.js')],
 };
-/** Doors: what the link says, and the pages behind it. */
+/** Doors: what the link says, and the pages behind it.  @type {Record<string, [string, string[]]>} */
 const DOORS = { write: ['Write', []], table: ['From a table', []], own: ['My hand', ['own', 'hands', 'letters']], jobs: ['On the desk', ['jobs', 'calibration', 'styles']] };
-const main = document.querySelector('#main');
-const shared = { choices: null, async refresh() { this.choices = await request('GET', '/api/choices'); } };
-let leave = null, shown = 0;
+const main = /** @type {HTMLElement} */ (document.querySelector('#main'));
+/** @type {Shared} */
+const shared = { choices: /** @type {any} */ (null), async refresh() { this.choices = await request('GET', '/api/choices'); } };
+let leave = /** @type {(() => void) | null | undefined | void} */ (null), shown = 0;
 
-function links(shownPage) {
+function links(/** @type {string} */ shownPage) {
   const name = shownPage === 'style' ? 'styles' : shownPage; // one of them
   const door = Object.keys(DOORS).find((id) => id === name || DOORS[id][1].includes(name));
-  const to = (id, label, here) => h('a', { href: `#${id}`, 'aria-current': here ? 'page' : undefined }, label);
+  const to = (/** @type {string} */ id, /** @type {string} */ label, /** @type {boolean} */ here) => h('a', { href: `#${id}`, 'aria-current': here ? 'page' : undefined }, label);
   const within = (door && DOORS[door][1]) || [];
-  document.querySelector('#pages').replaceChildren(...Object.entries(DOORS).map(([id, [label]]) => to(id, label, id === door)));
+  /** @type {HTMLElement} */ (document.querySelector('#pages')).replaceChildren(...Object.entries(DOORS).map(([id, [label]]) => to(id, label, id === door)));
   const inner = /** @type {HTMLElement} */ (document.querySelector('#within'));
   inner.hidden = !within.length;
   inner.replaceChildren(...within.map((id) => to(id, PAGES[id][0], id === name)));
@@ -55,6 +57,6 @@ try {
   await shared.refresh();
   addEventListener('hashchange', () => show().catch((error) => say(error.message)));
   await show();
-} catch (error) {
+} catch (/** @type {any} */ error) {
   main.replaceChildren(h('div', { class: 'middle' }, h('h1', {}, 'Not let in'), h('p', { class: 'bad', role: 'alert' }, error.message)));
 }

@@ -1,34 +1,42 @@
 // The page Style: targets and ellipses dragged, the path and its speed anew with every move; a style's numbers; a word in it.
 
+/** @import { Point, Show } from './types' */
+/** @typedef {{x: number[], y: number[], t?: number[], speed: number[], width?: number[], nib?: number, turn: number}} Line */
+/** @typedef {{key: string, label: string, unit?: string, usual: any, options?: [any, string][], count: number, low: number, high: number, least?: number, most?: number}} Knob */
+/** @typedef {(context: CanvasRenderingContext2D, width: number, height: number) => void} Paint */
+/** @typedef {{targets: Point[], up: number[], own: number[][] | null, page: Point}} Plan */
 import { blob, request } from './api.js';
 import * as drafts from './drafts.js';
-import { choice, field, h, s, save, say, tick } from './dom.js';
+import { ARROWS } from './marks.js';
+import { button as plain, choice, field, h, handChoice, more, picker, refusal as refusals, s, save, say, tick } from './dom.js';
 
 const FIRST = { targets: [[24, 62], [40, 34], [50, 74], [64, 38], [76, 72], [94, 40], [104, 66], [126, 46]], up: [], own: null, page: [148, 105] };
-const FORMATS = { toml: 'Style (TOML)', targets: 'Targets (JSON)', svg: 'Drawing (SVG)', pdf: 'PDF', png: 'PNG', inkml: 'InkML', json: 'Drawing (JSON)' };
+const FORMATS = { toml: 'The style (TOML)', targets: 'Its points (JSON)', svg: 'SVG', pdf: 'PDF', png: 'PNG', inkml: 'InkML', json: 'Drawing (JSON)' };
+const INNER = ['Path', 'Ellipses', 'Guide']; // groups for those who know how movement is modelled
 const INK = '#20223a', FAINT = '#31457a';
 const EDGE = 0.8; // mm around a word, of which broad pens take a part
+/** @type {Record<string, number>} */
 const NEAR = { mouse: 10, pen: 14, touch: 24 }; // pixels within which a handle is taken
 
-const deg = (angle) => (angle * 180) / Math.PI;
-const rad = (angle) => (angle * Math.PI) / 180;
-const clamp = (value, least, most) => Math.min(most, Math.max(least, value));
-const tidy = (value, digits = 3) => Number(value.toFixed(digits));
-const copy = (value) => JSON.parse(JSON.stringify(value));
+const deg = (/** @type {number} */ angle) => (angle * 180) / Math.PI;
+const rad = (/** @type {number} */ angle) => (angle * Math.PI) / 180;
+const clamp = (/** @type {number} */ value, /** @type {number} */ least, /** @type {number} */ most) => Math.min(most, Math.max(least, value));
+const tidy = (/** @type {number} */ value, digits = 3) => Number(value.toFixed(digits));
+const copy = (/** @type {any} */ value) => JSON.parse(JSON.stringify(value));
 
-/** Half axes and direction (radians, as the page has them, y down) of a covariance a, b, c. */
+/** Half axes and direction (radians, as the page has them, y down) of a covariance a, b, c.  @param {number[]} covariance */
 function axesOf([a, b, c]) {
   const middle = (a + c) / 2, off = Math.hypot((a - c) / 2, b);
   return [Math.sqrt(Math.max(middle + off, 0)), Math.sqrt(Math.max(middle - off, 0)), Math.atan2(2 * b, a - c) / 2];
 }
 
-function covarianceOf([one, two, angle]) {
+function covarianceOf(/** @type {number[]} */ [one, two, angle]) {
   const [cos, sin] = [Math.cos(angle), Math.sin(angle)];
   const [p, q] = [one * one, two * two];
   return [[p * cos * cos + q * sin * sin, (p - q) * cos * sin], [(p - q) * cos * sin, p * sin * sin + q * cos * cos]];
 }
 
-/** Strokes as far as they are drawn at a time (s); all of them without one. */
+/** Strokes as far as they are drawn at a time (s); all of them without one.  @param {CanvasRenderingContext2D} context @param {Line[]} strokes @param {string} colour */
 function draw(context, strokes, colour, until = Infinity) {
   context.strokeStyle = context.fillStyle = colour;
   context.lineCap = context.lineJoin = 'round';
@@ -54,26 +62,26 @@ function draw(context, strokes, colour, until = Infinity) {
   }
 }
 
-/** Strokes as large as there is room, in the middle. */
+/** Strokes as large as there is room, in the middle.  @param {CanvasRenderingContext2D} context @param {number} width @param {number} height @param {Line[]} strokes */
 export function paintStrokes(context, width, height, strokes) {
-  const [x, y] = ['x', 'y'].map((name) => strokes.flatMap((one) => one[name]));
+  const [x, y] = [strokes.flatMap((one) => one.x), strokes.flatMap((one) => one.y)];
   const [left, right, top, low] = [Math.min(...x) - EDGE, Math.max(...x) + EDGE, Math.min(...y) - EDGE, Math.max(...y) + EDGE];
   const by = Math.min(width / (right - left), height / (low - top));
   context.translate((width - by * (left + right)) / 2, (height - by * (top + low)) / 2); context.scale(by, by);
   draw(context, strokes, INK);
 }
 
-/** A canvas that is as sharp as the screen; `paint` is given its context in CSS pixels, and its size. */
+/** A canvas that is as sharp as the screen; `paint` is given its context in CSS pixels, and its size.  @param {string} label @param {Paint} paint */
 export function surface(label, paint) {
   const canvas = h('canvas', label ? { role: 'img', 'aria-label': label } : { 'aria-hidden': 'true' });
-  let size = null; // as it was laid out last: to ask for it after a change would have the page laid out once more
+  let size = /** @type {DOMRectReadOnly | null} */ (null); // as it was laid out last: to ask for it after a change would have the page laid out once more
   new ResizeObserver(([entry]) => { size = entry.contentRect; }).observe(canvas);
   const again = () => {
     const { width, height } = size || canvas.getBoundingClientRect();
     if (!width || !height) return;
     const fine = devicePixelRatio, [wide, high] = [Math.round(width * fine), Math.round(height * fine)];
     if (canvas.width !== wide || canvas.height !== high) { canvas.width = wide; canvas.height = high; } // makes it anew
-    const context = canvas.getContext('2d');
+    const context = /** @type {CanvasRenderingContext2D} */ (canvas.getContext('2d'));
     context.setTransform(fine, 0, 0, fine, 0, 0);
     context.globalAlpha = 1;
     context.clearRect(0, 0, width, height);
@@ -82,13 +90,13 @@ export function surface(label, paint) {
   return { canvas, again };
 }
 
-/** The controls of one number, word or list of a style. */
+/** The controls of one number, word or list of a style.  @param {Knob} facts @param {any} value @param {(value: any) => void} changed @param {() => void} done */
 function knob(facts, value, changed, done) {
   const label = facts.unit ? `${facts.label}, ${facts.unit}` : facts.label;
   if (facts.options) {
     const select = choice(facts.options.map(([one]) => String(one)), Object.fromEntries(facts.options.map(([one, said]) => [String(one), said])));
     select.value = String(value);
-    select.addEventListener('change', () => { changed(facts.options[select.selectedIndex][0]); done(); });
+    select.addEventListener('change', () => { changed(facts.options?.[select.selectedIndex][0]); done(); });
     return field(label, select);
   }
   if (facts.count === 0) {
@@ -97,14 +105,14 @@ function knob(facts, value, changed, done) {
     return field(label, list);
   }
   const values = facts.count > 1 ? [...value] : [value];
-  return h('div', { class: 'knob' }, values.map((one, at) => {
+  return h('div', { class: 'knob' }, values.map((/** @type {number} */ one, /** @type {number} */ at) => {
     const named = values.length > 1 ? `${label}, ${at ? 'second' : 'first'}` : label;
     const steps = (facts.high - facts.low) / 200;
     const range = h('input', { type: 'range', min: facts.low, max: facts.high, step: steps, value: one });
     const number = h('input', { type: 'number', min: facts.least, max: facts.most, step: 'any', value: tidy(one), 'aria-label': `${named}, typed` });
-    const take = (now, other) => {
+    const take = (/** @type {number} */ now, /** @type {HTMLInputElement} */ other) => {
       if (!Number.isFinite(now)) return;
-      other.value = values[at] = now;
+      values[at] = now; other.value = String(now);
       changed(facts.count > 1 ? [...values] : now);
     };
     range.addEventListener('input', () => take(tidy(Number(range.value)), number));
@@ -116,22 +124,23 @@ function knob(facts, value, changed, done) {
   }));
 }
 
+/** @type {Show} */
 export async function show(main, shared, [wanted]) {
   const before = await drafts.kept('style');
-  let plan = before.plan || copy(FIRST), style = null, facts = null, seed = before.seed || 1, unsaved = false;
-  let picked = 0, view = null, fitted = true, adding = false, moving = false, photo = null, dragged = null;
-  let answer = { strokes: [], samples: [], ellipses: [] }, past = [], future = [], clean = '', opened = '', playing = 0;
+  let plan = /** @type {Plan} */ (before.plan || copy(FIRST)), style = /** @type {any} */ (null), facts = /** @type {any} */ (null), seed = before.seed || 1, unsaved = false;
+  let picked = 0, view = /** @type {any} */ (null), fitted = true, adding = false, moving = false, photo = /** @type {any} */ (null), dragged = /** @type {any} */ (null);
+  let answer = /** @type {{strokes: (Line & {t: number[]})[], samples: Line[][], ellipses: number[][], length_mm?: number}} */ ({ strokes: [], samples: [], ellipses: [] }), past = /** @type {string[]} */ ([]), future = /** @type {string[]} */ ([]), clean = '', opened = '', playing = 0;
 
-  const refusal = h('p', { class: 'bad', role: 'alert' }), unkept = h('p', { class: 'bad', role: 'alert' });
+  const refusal = refusals(), unkept = refusals();
   const told = h('p', { class: 'quiet', 'aria-live': 'polite' });
   const figures = h('p', { class: 'quiet figures' });
-  const overlay = s('svg', { tabindex: 0, role: 'application', 'aria-label': 'Targets; keys move the one that is chosen', 'aria-describedby': 'style-keys' });
+  const overlay = s('svg', { tabindex: 0, role: 'application', 'aria-label': 'Points; keys move the one that is chosen', 'aria-describedby': 'style-keys' });
   const ink = surface('', paintInk), graph = surface('Speed of the pen over time', paintSpeed), line = surface('The word in this style', paintWord);
   const stage = h('div', { class: 'stage-ink' }, ink.canvas, overlay);
 
   // what is drawn
 
-  let laid = null; // where the overlay lies, for one frame: likewise
+  let laid = /** @type {DOMRect | null} */ (null); // where the overlay lies, for one frame: likewise
   function room() {
     if (!laid) { laid = overlay.getBoundingClientRect(); requestAnimationFrame(() => { laid = null; }); }
     return laid;
@@ -146,6 +155,7 @@ export async function show(main, shared, [wanted]) {
     fitted = true;
   }
 
+  /** @type {Paint} */
   function paintInk(context, width) {
     if (!view) return;
     const by = width / view.w;
@@ -163,8 +173,9 @@ export async function show(main, shared, [wanted]) {
     context.globalAlpha = 1;
   }
 
+  /** @type {Paint} */
   function paintSpeed(context, width, height) {
-    const strokes = answer.strokes, most = Math.max(1, ...strokes.flatMap((one) => one.speed)), last = Math.max(0.1, ...strokes.map((one) => one.t.at(-1)));
+    const strokes = answer.strokes, most = Math.max(1, ...strokes.flatMap((one) => one.speed)), last = Math.max(0.1, ...strokes.map((one) => one.t.at(-1) ?? 0));
     context.strokeStyle = getComputedStyle(stage).getPropertyValue('--accent');
     context.lineWidth = 1.6;
     for (const { t, speed } of strokes) {
@@ -176,17 +187,18 @@ export async function show(main, shared, [wanted]) {
       const at = 4 + Math.min((performance.now() - playing) / 1000 / last, 1) * (width - 8);
       context.beginPath(); context.moveTo(at, 0); context.lineTo(at, height); context.stroke();
     }
-    figures.textContent = strokes.length ? `fastest ${Math.round(most)} mm/s · ${last.toFixed(2)} s · ${Math.round(answer.length_mm)} mm` : '';
+    figures.textContent = strokes.length ? `fastest ${Math.round(most)} mm/s · ${last.toFixed(2)} s · ${Math.round(answer.length_mm ?? 0)} mm` : '';
   }
 
-  let shown = null;
+  let shown = /** @type {any} */ (null);
+  /** @type {Paint} */
   function paintWord(context, width, height) {
     if (shown) paintStrokes(context, width, height, shown.strokes);
   }
 
   const learned = () => Boolean(facts?.learned);
 
-  /** The ellipse of a target as half axes and direction; none in a learned style. */
+  /** The ellipse of a target as half axes and direction; none in a learned style.  @param {number} at */
   function ellipse(at) {
     if (learned()) return null;
     if (plan.own) return plan.own[at];
@@ -236,13 +248,13 @@ export async function show(main, shared, [wanted]) {
   // what is asked
 
   const sent = () => {
-    const body = { targets: plan.targets, pen_up: plan.up, page: { width: plan.page[0], height: plan.page[1] } };
+    const body = /** @type {any} */ ({ targets: plan.targets, pen_up: plan.up, page: { width: plan.page[0], height: plan.page[1] } });
     if (plan.own && !learned()) body.covariances = plan.own.map(covarianceOf);
     return body;
   };
   const draft = () => ({ name: style.name, values: style.values, ...(style.base ? { base: style.base } : {}) });
 
-  let asking = false, again = false, waiting = 0, words = null, written = '';
+  let asking = false, again = false, waiting = 0, words = /** @type {AbortController | null} */ (null), written = '';
   /** The path anew: one question at a time, the newest state in it. */
   async function solve() {
     paintTargets();
@@ -255,8 +267,8 @@ export async function show(main, shared, [wanted]) {
       try {
         answer = await request('POST', '/api/movements', { plan: sent(), style: draft(), seed, samples: dragged ? 0 : Number(samples.value) || 0 });
         refusal.textContent = '';
-        overlay.dataset.ms = performance.now() - begin;
-      } catch (error) {
+        overlay.dataset.ms = String(performance.now() - begin);
+      } catch (/** @type {any} */ error) {
         refusal.textContent = error.message;
       }
       paint(); graph.again();
@@ -278,7 +290,7 @@ export async function show(main, shared, [wanted]) {
       try {
         shown = await request('POST', '/api/movements/word', { text: word.value.trim() || 'minimum', hand: hand.value, style: draft(), seed }, own.signal);
         wordNote.textContent = shown.notes.join(' ');
-      } catch (error) {
+      } catch (/** @type {any} */ error) {
         if (error.name === 'AbortError') return;
         shown = null; written = ''; wordNote.textContent = error.message;
       }
@@ -301,10 +313,10 @@ export async function show(main, shared, [wanted]) {
     undo.disabled = !past.length; redo.disabled = !future.length;
     tell(); aboutTarget(); solve(); soonWord();
   }
-  function step(from, to) {
+  function step(/** @type {string[]} */ from, /** @type {string[]} */ to) {
     if (!from.length) return;
     to.push(clean);
-    clean = from.pop();
+    clean = from.pop() ?? clean;
     ({ plan, style, seed } = JSON.parse(clean));
     picked = clamp(picked, 0, Math.max(plan.targets.length - 1, 0));
     name.value = style.name;
@@ -313,16 +325,16 @@ export async function show(main, shared, [wanted]) {
 
   // what is done to targets
 
-  function tell() { told.textContent = `Target ${picked + 1} of ${plan.targets.length}${plan.up.includes(picked) ? ', the pen is lifted after it' : ''}`; }
-  function pick(at) {
+  function tell() { told.textContent = `Point ${picked + 1} of ${plan.targets.length}${plan.up.includes(picked) ? ', the pen is lifted after it' : ''}`; }
+  function pick(/** @type {number} */ at) {
     picked = clamp(at, 0, Math.max(plan.targets.length - 1, 0));
     tell(); aboutTarget(); paintTargets();
   }
-  function add(place) {
+  function add(/** @type {number[] | undefined} */ place = undefined) {
     const at = plan.targets.length ? picked + 1 : 0, [x, y] = plan.targets[picked] || [20, 50];
     const next = plan.targets[picked + 1];
     const where = place || (next ? [(x + next[0]) / 2, (y + next[1]) / 2] : [x + 10, y]);
-    plan.targets.splice(at, 0, where.map((one) => tidy(one, 2)));
+    plan.targets.splice(at, 0, /** @type {Point} */ (where.map((one) => tidy(one, 2))));
     plan.up = plan.up.map((one) => (one >= at || (one === picked && !next) ? one + 1 : one));
     plan.own?.splice(at, 0, [...(plan.own[picked] || [3, 3, 0])]);
     picked = at;
@@ -337,10 +349,10 @@ export async function show(main, shared, [wanted]) {
     plan.up = plan.up.includes(picked) ? plan.up.filter((one) => one !== picked) : [...plan.up, picked].sort((a, b) => a - b);
     done();
   }
-  function move(x, y) { plan.targets[picked] = [tidy(x, 2), tidy(y, 2)]; }
+  function move(/** @type {number} */ x, /** @type {number} */ y) { plan.targets[picked] = [tidy(x, 2), tidy(y, 2)]; }
 
   /** The ellipses become larger, flatter and turned; those that are shared with the smoothing that goes with their size. */
-  function reshape(larger, flatter, turn) {
+  function reshape(/** @type {number} */ larger, /** @type {number} */ flatter, /** @type {number} */ turn) {
     if (learned() || !plan.targets.length) return;
     if (plan.own) {
       const [one, two, angle] = plan.own[picked];
@@ -348,15 +360,14 @@ export async function show(main, shared, [wanted]) {
     } else {
       const { values } = style, [one, two] = values['covariance.axes'];
       values['covariance.axes'] = [tidy(one * flatter), tidy(two / flatter)];
-      values['covariance.angles'] = values['covariance.angles'].map((angle) => tidy(((angle + turn + 180) % 360) - 180, 2));
+      values['covariance.angles'] = values['covariance.angles'].map((/** @type {number} */ angle) => tidy(((angle + turn + 180) % 360) - 180, 2));
       values['movement.smooth'] = tidy(clamp(values['movement.smooth'] * larger ** (1 / values['movement.order']), 0.05, 1), 4);
       knobs();
     }
     done();
   }
 
-  /** @param {number} k  @param {number[]} at */
-  function dragHandle(k, [x, y], start) {
+  function dragHandle(/** @type {number} */ k, /** @type {number[]} */ [x, y], /** @type {any} */ start) {
     const [dx, dy] = [x - plan.targets[picked][0], y - plan.targets[picked][1]], long = Math.max(Math.hypot(dx, dy), 0.05);
     if (plan.own) {
       const own = [...plan.own[picked]];
@@ -368,7 +379,7 @@ export async function show(main, shared, [wanted]) {
     const turned = tidy(deg(Math.atan2(-dy, dx)), 2);
     if (Math.abs(Math.sin(rad(turned - angles[1 - k]))) > 0.1) angles[k] = turned;
     lengths[k] = tidy(clamp((long / start.long) * start.lengths[k], start.lengths[1 - k] / 50, start.lengths[1 - k] * 50), 4);
-    const area = (a, b) => a[0] * a[1] * Math.abs(Math.sin(rad(b[1] - b[0])));
+    const area = (/** @type {number[]} */ a, /** @type {number[]} */ b) => a[0] * a[1] * Math.abs(Math.sin(rad(b[1] - b[0])));
     const grown = Math.sqrt(area(lengths, angles) / area(start.lengths, start.angles));
     values['covariance.axes'] = lengths; values['covariance.angles'] = angles;
     values['movement.smooth'] = tidy(clamp(start.smooth * grown ** (1 / values['movement.order']), 0.05, 1), 4);
@@ -377,12 +388,11 @@ export async function show(main, shared, [wanted]) {
   // pointers
 
   const pointers = new Map();
-  const place = (event) => {
+  const place = (/** @type {{clientX: number, clientY: number}} */ event) => {
     const box = room();
     return [view.x + (event.clientX - box.left) / scale(), view.y + (event.clientY - box.top) / scale()];
   };
-  /** @param {number} by  @param {number[]} at */
-  function zoom(by, [x, y] = [view.x + view.w / 2, view.y + view.h / 2]) {
+  function zoom(/** @type {number} */ by, /** @type {number[]} */ [x, y] = [view.x + view.w / 2, view.y + view.h / 2]) {
     const wide = clamp(view.w * by, 10, 2000), real = wide / view.w;
     view = { x: x - (x - view.x) * real, y: y - (y - view.y) * real, w: wide, h: view.h * real };
     fitted = false;
@@ -396,8 +406,8 @@ export async function show(main, shared, [wanted]) {
     pointers.set(event.pointerId, [event.clientX, event.clientY]);
     if (pointers.size > 1) { dragged = null; return; }
     const at = place(event), near = (NEAR[event.pointerType] || 10) / scale();
-    const away = (points) => points.map(([x, y]) => Math.hypot(x - at[0], y - at[1]));
-    const nearest = (ways) => ways.reduce((best, way, i) => (way < near && (best < 0 || way < ways[best]) ? i : best), -1);
+    const away = (/** @type {number[][]} */ points) => points.map(([x, y]) => Math.hypot(x - at[0], y - at[1]));
+    const nearest = (/** @type {number[]} */ ways) => ways.reduce((best, way, i) => (way < near && (best < 0 || way < ways[best]) ? i : best), -1);
     const handle = moving ? -1 : nearest(away(handles())), target = moving ? -1 : nearest(away(plan.targets));
     if (handle >= 0 && (target < 0 || away(handles())[handle] < away(plan.targets)[target])) {
       const [x, y] = plan.targets[picked], [hx, hy] = handles()[handle], { values } = style;
@@ -417,8 +427,8 @@ export async function show(main, shared, [wanted]) {
     const now = [event.clientX, event.clientY], by = scale();
     pointers.set(event.pointerId, now);
     if (pointers.size === 2) {
-      const other = [...pointers].find(([id]) => id !== event.pointerId)[1];
-      const apart = (a, b) => Math.max(Math.hypot(a[0] - b[0], a[1] - b[1]), 1);
+      const [other] = [...pointers].filter(([id]) => id !== event.pointerId).map(([, at]) => at);
+      const apart = (/** @type {number[]} */ a, /** @type {number[]} */ b) => Math.max(Math.hypot(a[0] - b[0], a[1] - b[1]), 1);
       zoom(apart(was, other) / apart(now, other), place({ clientX: (now[0] + other[0]) / 2, clientY: (now[1] + other[1]) / 2 }));
     } else if (dragged) {
       const at = place(event);
@@ -434,7 +444,7 @@ export async function show(main, shared, [wanted]) {
       paint();
     }
   });
-  const up = (event) => {
+  const up = (/** @type {PointerEvent} */ event) => {
     if (!pointers.delete(event.pointerId) || !dragged) return;
     const shape = dragged.handle !== undefined;
     dragged = null;
@@ -447,7 +457,7 @@ export async function show(main, shared, [wanted]) {
 
   // keys
 
-  const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
+  /** @type {Record<string, () => void>} */
   const KEYS = {
     ',': () => pick(picked - 1), '.': () => pick(picked + 1), PageUp: () => pick(picked - 1), PageDown: () => pick(picked + 1),
     Home: () => pick(0), End: () => pick(plan.targets.length - 1),
@@ -464,7 +474,7 @@ export async function show(main, shared, [wanted]) {
     const [x, y] = plan.targets[picked], far = event.shiftKey ? 5 : 0.5;
     move(x + arrow[0] * far, y + arrow[1] * far); done();
   });
-  const keyed = (event) => {
+  const keyed = (/** @type {any} */ event) => {
     if (!(event.ctrlKey || event.metaKey) || event.target.matches('input:not([type=range]), textarea, select')) return;
     if (event.key === 'z' && !event.shiftKey) { event.preventDefault(); step(past, future); }
     if (event.key === 'y' || (event.key === 'Z' && event.shiftKey)) { event.preventDefault(); step(future, past); }
@@ -473,20 +483,20 @@ export async function show(main, shared, [wanted]) {
 
   // controls
 
-  const button = (label, onclick, more = {}) => h('button', { type: 'button', onclick, ...more }, label);
+  const button = (/** @type {string} */ label, /** @type {() => any} */ onclick, others = {}) => plain(label, onclick, false, others);
   const undo = button('Undo', () => step(past, future), { disabled: true }), redo = button('Redo', () => step(future, past), { disabled: true });
   const adder = button('Add', () => {
     adding = !adding;
-    adder.setAttribute('aria-pressed', adding); overlay.classList.toggle('adding', adding);
-    say(adding ? 'A tap or click adds a target after the chosen one.' : 'Targets are dragged again.');
-  }, { 'aria-pressed': 'false', title: 'Add targets by clicks' });
+    adder.setAttribute('aria-pressed', String(adding)); overlay.classList.toggle('adding', adding);
+    say(adding ? 'A tap or click adds a point after the chosen one.' : 'Points are dragged again.');
+  }, { 'aria-pressed': 'false', title: 'Add points by clicks' });
   const still = h('p', { class: 'quiet', hidden: true }, 'This style leaves nothing to chance: give it tremor, or uneven ellipses.');
   const samples = h('input', { type: 'number', min: 0, max: 12, value: 5 });
   samples.addEventListener('change', solve);
   const die = button('Another chance', () => { seed = Math.floor(Math.random() * 1e6); done(); });
   const watch = button('Watch it move', () => {
     playing = performance.now();
-    const last = Math.max(0, ...answer.strokes.map((one) => one.t.at(-1))) * 1000;
+    const last = Math.max(0, ...answer.strokes.map((one) => one.t.at(-1) ?? 0)) * 1000;
     const frame = () => {
       if (playing && performance.now() - playing > last + 250) playing = 0;
       overlay.classList.toggle('playing', Boolean(playing));
@@ -501,18 +511,18 @@ export async function show(main, shared, [wanted]) {
     const target = plan.targets[picked];
     if (!target) { aside.replaceChildren(); return; }
     const own = plan.own?.[picked];
-    const number = (label, value, take) => {
+    const number = (/** @type {string} */ label, /** @type {number} */ value, /** @type {(value: number) => void} */ take) => {
       const control = h('input', { type: 'number', step: 'any', value: tidy(value, 2) });
       control.addEventListener('change', () => { if (control.value !== '') { take(Number(control.value)); done(); } });
       return field(label, control);
     };
     const rows = [number('Across, mm', target[0], (x) => move(x, target[1])), number('Down, mm', target[1], (y) => move(target[0], y))];
     if (own && !learned()) {
-      rows.push(...['Long axis, mm', 'Short axis, mm'].map((label, k) => number(label, own[k], (size) => { own[k] = Math.max(size, 0.05); })));
+      rows.push(...['Long axis, mm', 'Short axis, mm'].map((label, k) => number(label, own[k], (/** @type {number} */ size) => { own[k] = Math.max(size, 0.05); })));
       rows.push(number('Direction, °', -deg(own[2]), (angle) => { own[2] = rad(-angle); }));
     }
     if (!aside.contains(document.activeElement)) aside.replaceChildren(...rows);
-    lifting.setAttribute('aria-pressed', plan.up.includes(picked));
+    lifting.setAttribute('aria-pressed', String(plan.up.includes(picked)));
     each.checked = Boolean(plan.own); eachLabel.hidden = hint.hidden = learned();
     hint.textContent = plan.own ? 'A larger ellipse may be cut by more; drag its black handles.' : 'The larger the ellipses, the rounder the path; drag the black handles of one.';
   }
@@ -526,13 +536,15 @@ export async function show(main, shared, [wanted]) {
 
   const groups = h('div', { class: 'knobs' });
   function knobs() {
-    const open = new Set([...groups.querySelectorAll('details[open]')].map((one) => one.dataset.name));
+    const open = new Set([.../** @type {NodeListOf<HTMLElement>} */ (groups.querySelectorAll('details[open]'))].map((one) => one.dataset.name));
     if (groups.contains(document.activeElement)) return;
-    groups.replaceChildren(...facts.groups.map((group, at) => h(
+    const drawn = facts.groups.map((/** @type {{name: string, seen_in: string, knobs: Knob[]}} */ group, /** @type {number} */ at) => h(
       'details', { open: groups.children.length ? open.has(group.name) : at === 0, 'data-name': group.name },
       h('summary', {}, group.name, group.seen_in === 'word' ? h('span', { class: 'quiet' }, ' – seen in the word') : ''),
       group.knobs.map((one) => knob(one, style.values[one.key] ?? one.usual, (value) => { style.values[one.key] = value; solve(); soonWord(); }, done)),
-    )));
+    ));
+    const inner = (/** @type {HTMLElement} */ one) => INNER.includes(one.dataset.name ?? '');
+    groups.replaceChildren(...drawn.filter((/** @type {HTMLElement} */ one) => !inner(one)), h('details', { 'data-name': 'More', open: open.has('More') }, h('summary', {}, 'More'), drawn.filter(inner)));
   }
 
   const name = h('input', { autocomplete: 'off', pattern: '[\\w\\-]{1,80}', title: 'Letters, digits, - and _' });
@@ -544,7 +556,7 @@ export async function show(main, shared, [wanted]) {
     unsaved = false; drafts.keep('style', { plan, seed }, unkept); location.hash = `style/${encodeURIComponent(chooser.value)}`;
   });
   async function keepIt() {
-    const own = facts.own && style.name === facts.name, put = (replace) => request('POST', '/api/styles', { style: draft(), replace });
+    const own = facts.own && style.name === facts.name, put = (/** @type {boolean} */ replace) => request('POST', '/api/styles', { style: draft(), replace });
     const inFile = async () => JSON.stringify((await request('GET', `/api/styles/${encodeURIComponent(facts.name)}`)).values);
     saveRefusal.textContent = refusal.textContent = '';
     try {
@@ -555,15 +567,15 @@ export async function show(main, shared, [wanted]) {
         return put(true);
       });
       if (own) opened = await inFile();
-    } catch (error) {
+    } catch (/** @type {any} */ error) {
       saveRefusal.textContent = error.message;
       return;
     }
     unsaved = false; drafts.keep('style', { plan, style, seed, unsaved }, unkept);
-    say(own ? 'It is kept in its file.' : `It is kept: choose ${style.name} under Style of movement on the page Write.`);
+    say(own ? 'It is kept in its file.' : `It is kept: choose ${style.name} under Style on the page Write.`);
     shared.refresh();
   }
-  const saveRefusal = h('p', { class: 'bad', role: 'alert' });
+  const saveRefusal = refusals();
   const format = choice(Object.keys(FORMATS), FORMATS);
   format.setAttribute('aria-label', 'Format');
   const download = button('Download', async () => {
@@ -572,48 +584,45 @@ export async function show(main, shared, [wanted]) {
       if (kind === 'targets') save(new Blob([JSON.stringify(sent())], { type: 'application/json' }), `${style.name}-targets.json`);
       else save(await blob('/api/movements/file', '', 'POST', { plan: sent(), style: draft(), seed, format: kind }), `${style.name}.${kind}`);
       saveRefusal.textContent = '';
-    } catch (error) {
+    } catch (/** @type {any} */ error) {
       saveRefusal.textContent = error.message;
     }
   });
 
   const word = h('input', { value: before.word || 'minimum', maxlength: 40, autocomplete: 'off' });
-  const hand = choice(shared.choices.hands.filter((one) => one.drawn).map((one) => one.name));
+  const hand = handChoice(shared.choices.hands.filter((one) => one.drawn));
   hand.value = 'house-print';
   const wordNote = h('p', { class: 'quiet', 'aria-live': 'polite' });
   for (const control of [word, hand]) control.addEventListener('input', soonWord);
-  function begin(next) {
+  function begin(/** @type {Plan} */ next) {
     plan = next; picked = 0;
     fit(); done(); pick(0);
   }
-  const ofWord = button('Its targets to the desk', async () => {
+  const ofWord = button('Take its points above', async () => {
     try {
       const made = await request('POST', '/api/movements/targets', { text: word.value.trim() || 'minimum', hand: hand.value, style: draft() });
       begin({ targets: made.targets, up: made.pen_up, own: null, page: [made.page.width, made.page.height] });
-    } catch (error) {
+    } catch (/** @type {any} */ error) {
       wordNote.textContent = error.message;
     }
   });
-  const opener = h('input', { type: 'file', accept: '.json' });
-  opener.addEventListener('change', async () => {
+  const opener = picker('Points in a file', 'Drop it here: JSON, as it is saved here.', { accept: '.json' }, async ([file]) => {
     try {
-      const read = JSON.parse(await opener.files[0].text());
-      if (!Array.isArray(read.targets) || !read.targets.length || read.targets.flat().some((one) => !Number.isFinite(one))) throw new Error();
-      const most = (k) => Math.max(...read.targets.map((one) => one[k]));
-      const page = read.page ? [read.page.width, read.page.height] : [most(0) * 1.15 + 5, most(1) * 1.15 + 5];
-      begin({ targets: read.targets, up: read.pen_up || [], own: read.covariances?.map(([[a, b], [, c]]) => axesOf([a, b, c])) ?? null, page });
+      const read = JSON.parse(await file.text());
+      if (!Array.isArray(read.targets) || !read.targets.length || read.targets.flat().some((/** @type {any} */ one) => !Number.isFinite(one))) throw new Error();
+      const most = (/** @type {number} */ k) => Math.max(...read.targets.map((/** @type {Point} */ one) => one[k]));
+      const page = /** @type {Point} */ (read.page ? [read.page.width, read.page.height] : [most(0) * 1.15 + 5, most(1) * 1.15 + 5]);
+      begin({ targets: read.targets, up: read.pen_up || [], own: read.covariances?.map((/** @type {Point[]} */ [[a, b], [, c]]) => axesOf([a, b, c])) ?? null, page });
       refusal.textContent = read.references ? 'Its further references are left out.' : '';
     } catch {
-      refusal.textContent = `${opener.files[0]?.name || 'That'} is no plan of targets in JSON.`;
+      refusal.textContent = `${file.name} holds no points in JSON.`;
     }
-    opener.value = '';
   });
 
-  const photoInput = h('input', { type: 'file', accept: 'image/png,image/jpeg,image/webp' });
   const photoBox = h('div', { class: 'grid' });
-  photoInput.addEventListener('change', async () => {
+  const photoInput = picker('Photograph', 'Drop it here: PNG, JPEG or WebP. It stays in this browser.', { accept: 'image/png,image/jpeg,image/webp' }, async ([file]) => {
     try {
-      const bitmap = await createImageBitmap(photoInput.files[0]);
+      const bitmap = await createImageBitmap(file);
       const [wide, high] = plan.page, width = Math.min(wide, (high * bitmap.width) / bitmap.height);
       photo = { bitmap, x: (wide - width) / 2, y: 0, width, opacity: 0.5 };
       refusal.textContent = '';
@@ -627,35 +636,34 @@ export async function show(main, shared, [wanted]) {
   shift.addEventListener('change', () => { moving = shift.checked; });
   function photoFields(anew = false) {
     if (anew) {
-      const one = (label, key, more) => {
-        const control = h('input', { 'data-key': key, ...more });
+      const one = (/** @type {string} */ label, /** @type {string} */ key, /** @type {object} */ attributes) => {
+        const control = h('input', { 'data-key': key, ...attributes });
         control.addEventListener('input', () => { if (control.value !== '') { photo[key] = Number(control.value); paint(); } });
         return field(label, control);
       };
       photoBox.replaceChildren(...(photo ? [
         one('Opacity', 'opacity', { type: 'range', min: 0, max: 1, step: 0.05 }), one('Width, mm', 'width', { type: 'number', min: 1, step: 'any' }),
         one('From the left, mm', 'x', { type: 'number', step: 'any' }), one('From the top, mm', 'y', { type: 'number', step: 'any' }),
-        h('div', { class: 'all row between' }, shiftLabel, button('Take it away', () => { photo = null; moving = shift.checked = false; photoInput.value = ''; photoFields(true); paint(); })),
+        h('div', { class: 'all row between' }, shiftLabel, button('Take it away', () => { photo = null; moving = shift.checked = false; photoFields(true); paint(); })),
       ] : []));
     }
-    if (photo) for (const control of photoBox.querySelectorAll('input[data-key]')) if (control !== document.activeElement) control.value = tidy(photo[control.dataset.key], 2);
+    if (photo) for (const control of /** @type {NodeListOf<HTMLInputElement>} */ (photoBox.querySelectorAll('input[data-key]'))) if (control !== document.activeElement) control.value = String(tidy(photo[control.dataset.key ?? ''], 2));
   }
 
   const keys = h('p', { class: 'quiet', id: 'style-keys' }, ...[[',', ' '], ['.', ' choose · '], ['arrows', ' move · '], ['A', ' add · '], ['Del', ' delete · '], ['U', ' lift the pen · '], ['+', ' '], ['−', ' size, '], ['[', ' '], [']', ' turn, '], ['{', ' '], ['}', ' shape of the ellipse']].flatMap(([key, text]) => [h('kbd', {}, key), text]));
   main.append(h('div', { class: 'style' }, h('h1', { class: 'hidden' }, 'Style'), h(
-    'section', { class: 'desk', 'aria-label': 'Targets' },
+    'section', { class: 'desk', 'aria-label': 'Points' },
     h('div', { class: 'tools' }, undo, redo, adder, button('−', () => zoom(1.25), { class: 'icon', 'aria-label': 'Smaller' }), button('Fit', () => { fit(); paint(); }), button('+', () => zoom(0.8), { class: 'icon', 'aria-label': 'Larger' }), watch, h('span', { class: 'joined push' }, format, download)),
     stage, h('div', { class: 'beneath' }, h('div', { class: 'row between' }, told, figures), refusal, unkept, graph.canvas, keys),
     h('section', { class: 'word', 'aria-label': 'A word in this style' }, line.canvas, h('div', { class: 'row' }, field('Word', word), field('Hand', hand), ofWord), wordNote),
   ), h(
     'aside', { class: 'side', 'aria-label': 'Style' },
     h('p', {}, h('a', { href: '#styles' }, 'All styles, side by side')), h('div', {}, field('Open a style', chooser)),
-    h('div', { class: 'row' }, h('div', { class: 'wide' }, field('Name', name)), button('Keep the style', keepIt, { class: 'main' })), saveRefusal,
-    h('section', {}, h('h2', {}, 'Target'), aside, h('div', { class: 'row' }, button('Add after it', KEYS.a), button('Delete', remove), lifting), eachLabel, hint),
-    h('section', {}, h('h2', {}, 'Numbers'), groups),
-    h('section', {}, h('h2', {}, 'Chance'), h('div', { class: 'row' }, field('Faint samples', samples), die), still),
-    h('section', {}, h('h2', {}, 'Trace a photograph'), field('Photograph; it stays in this browser', photoInput), photoBox),
-    h('section', {}, h('h2', {}, 'Open targets'), field('Plan of targets, JSON', opener), h('div', { class: 'row after' }, button('Begin anew', () => begin(copy(FIRST))))),
+    h('div', { class: 'row' }, h('div', { class: 'wide' }, field('Name', name)), plain('Keep the style', keepIt, true)), saveRefusal,
+    h('section', {}, groups),
+    h('section', {}, more('The chosen point', aside, h('div', { class: 'row' }, button('Add after it', KEYS.a), button('Delete', remove), lifting), eachLabel, hint),
+      more('Chance', h('div', { class: 'row' }, field('Faint samples', samples), die), still), more('Trace a photograph', photoInput, photoBox),
+      more('Points from a file', opener, h('div', { class: 'row after' }, button('Begin anew', () => begin(copy(FIRST)))))),
   )));
 
   const watcher = new ResizeObserver(() => {
@@ -671,7 +679,7 @@ export async function show(main, shared, [wanted]) {
   const first = wanted || before.style?.name || 'calm';
   try {
     facts = await request('GET', `/api/styles/${encodeURIComponent(before.unsaved && !wanted ? before.style.base || before.opened || 'calm' : first)}`);
-  } catch (error) {
+  } catch (/** @type {any} */ error) {
     if (wanted) throw error;
     facts = await request('GET', '/api/styles/calm');
   }

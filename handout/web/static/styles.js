@@ -1,21 +1,23 @@
-// The page Styles of movement: one word in every style, side by side; each is written with, or changed.
+// The page Styles: one word in every style, side by side; each is written with, or changed.
 
+/** @import { Show } from './types' */
 import { request } from './api.js';
 import * as drafts from './drafts.js';
-import { field, h } from './dom.js';
+import { button, field, h, refusal } from './dom.js';
 import { paintStrokes, surface } from './style.js';
 
 const PAUSE = 300; // ms after the last key
 
+/** @type {Show} */
 export async function show(main, shared) {
-  const before = await drafts.kept('style'), gone = new AbortController(), unkept = h('p', { class: 'bad', role: 'alert' });
+  const before = await drafts.kept('style'), gone = new AbortController(), unkept = refusal();
   const word = h('input', { value: before.word || 'minimum', maxlength: 40, autocomplete: 'off' });
 
-  /** A style: what it is called, what it looks like, and the word in it. */
+  /** A style: what it is called, what it looks like, and the word in it.  @param {string} name */
   function card(name) {
-    let strokes = [], values = null, asked = null;
-    const title = h('p', {}), wrong = h('p', { class: 'bad', role: 'alert' });
-    const line = surface(`The word in ${name}`, (context, width, height) => paintStrokes(context, width, height, strokes));
+    let strokes = /** @type {any[]} */ ([]), values = /** @type {any} */ (null), asked = /** @type {AbortController | null} */ (null);
+    const title = h('p', {}), wrong = refusal();
+    const line = surface(`The word in ${name}`, (/** @type {CanvasRenderingContext2D} */ context, /** @type {number} */ width, /** @type {number} */ height) => paintStrokes(context, width, height, strokes));
     async function write() {
       asked?.abort();
       const own = asked = new AbortController();
@@ -30,7 +32,7 @@ export async function show(main, shared) {
         line.canvas.dataset.shown = word.value;
         wrong.textContent = '';
         line.again();
-      } catch (error) {
+      } catch (/** @type {any} */ error) {
         if (error.name !== 'AbortError') wrong.textContent = error.message;
       }
     }
@@ -39,7 +41,7 @@ export async function show(main, shared) {
       location.hash = 'write';
     };
     const element = h('li', { class: 'card' }, title, h('figure', {}, line.canvas), wrong,
-      h('div', { class: 'row' }, h('button', { type: 'button', onclick: take, 'aria-label': `Write with ${name}` }, 'Write with it'), h('a', { class: 'button', href: `#style/${encodeURIComponent(name)}`, 'aria-label': `Change ${name}` }, 'Change it …')));
+      h('div', { class: 'row' }, button('Write with it', take, false, { 'aria-label': `Write with ${name}` }), h('a', { class: 'button', href: `#style/${encodeURIComponent(name)}`, 'aria-label': `Change ${name}` }, 'Change it …')));
     return { element, write, stop: () => asked?.abort() };
   }
 
@@ -47,8 +49,8 @@ export async function show(main, shared) {
   const all = async () => { for (const one of cards) if (!gone.signal.aborted) await one.write(); };
   let waiting = 0;
   word.addEventListener('input', () => { clearTimeout(waiting); waiting = setTimeout(all, PAUSE); });
-  main.append(h('div', { class: 'hands' }, h('h1', {}, 'Styles of movement'),
-    h('p', { class: 'quiet' }, 'The same letters, moved through in other ways. A style can be given to every hand: choose one here, or under More on the page Write.'),
+  main.append(h('div', { class: 'hands' }, h('h1', {}, 'Styles'),
+    h('p', { class: 'quiet' }, 'The same letters, written calmly, in haste, with a broad nib. A style goes with every handwriting: choose one here, or under More on the page Write.'),
     before.unsaved && before.style ? h('p', {}, `Your changes of ${before.style.name} are not kept yet: `, h('a', { href: `#style/${encodeURIComponent(before.style.name)}` }, 'go on with them'), '.') : '',
     unkept, h('div', { class: 'grid' }, field('The word', word)), h('ul', { class: 'cards' }, cards.map((one) => one.element))));
   all();

@@ -1,74 +1,74 @@
 // The page Letters from a table: the table, the letter beside a page of any row, paper, a proof to approve, the making.
 
-import { blob, fileOf, request, task, text as fetched } from './api.js';
+/** @import { Batch, Machines, Row, Show, Table } from './types' */
+import { blob, fileOf, request, task, text as fetched, upload } from './api.js';
 import { kept as made } from './kept_table.js';
-import { choice, field, grouped, h, machine, named, picker, steps, tick } from './dom.js';
+import { button, choice, field, grouped, guarded, h, handChoice, machine, more, named, picker, refusal, SIZES, steps, tick } from './dom.js';
 import * as drafts from './drafts.js';
+import { drawing, picture } from './work.js';
 
 const TAKEN = '.csv,.tsv,.txt,.xlsx,.vcf';
 const TO = { pdf: 'a PDF file', printer: 'a printer', plotter: 'a plotter, with a pen' };
+/** @type {Record<string, string>} */
 const STATES = { new: 'no proof yet', proofed: 'waits for your approval', approved: 'approved, not made', 'broken off': 'stopped on the way', done: 'done' };
 const STEPS = ['Table', 'Letter', 'Paper', 'Proof', 'Make'];
-const NAMES = { A6: 'A6, a card', A5: 'A5, a small letter', A4: 'A4, a letter', letter: 'US letter' };
 const PAUSE = 300; // ms after the last key until the page of a row is new
 const SCREEN_DPI = 110;
+/** @type {Record<string, string>} */
 const LETTERS = {
   'Thank you': 'Dear {{ first_name }},\n\nthank you so much for {{ gift|default("coming") }}. It was good to see you again.\n\nYours, Marie',
   Invitation: 'Dear {{ first_name }},\n\nwe would love to have you with us on Saturday, at four. There will be cake.\n\nYours, Marie',
   'With an order': 'Hello {{ first_name }},\n\nthank you for your order: each piece is made by hand, and so is this note.\n\nMarie',
 };
 
+/** @type {Show} */
 export async function show(main, shared, [name]) {
   if (name) return made(main, name, STEPS);
   const draft = { page: 'A6', hand: 'house-joined', to: 'pdf', device: machine().device, letter: '', step: 0, ...await drafts.kept('batch') };
   if (draft.batch) Object.assign(draft, { batch: '', step: 0 }); // its letter was kept: the next begins with its table
-  const unkept = h('p', { class: 'bad', role: 'alert' }), refusal = h('p', { class: 'bad', role: 'alert' });
+  const unkept = refusal(), refused = refusal();
   const head = h('div', {}), body = h('div', { class: 'flow-body' }), gone = new AbortController();
-  let known = null, row = null, picked = false, machines = null, showing = null, waiting = 0;
+  let known = /** @type {Table} */ (/** @type {any} */ (null)), row = /** @type {number | undefined} */ (undefined), picked = false, machines = /** @type {Machines} */ (/** @type {any} */ (null)), showing = /** @type {AbortController | null} */ (null), waiting = 0;
 
-  const keep = (values) => { Object.assign(draft, values); drafts.keep('batch', { ...draft }, unkept); };
-  const refused = (work) => async (...given) => {
-    refusal.textContent = '';
-    try { await work(...given); } catch (error) { if (error.name !== 'AbortError') refusal.textContent = error.message; }
-  };
-  const act = (label, work, main_ = false) => h('button', { type: 'button', class: main_ ? 'main' : undefined, onclick: refused(work) }, label);
-  const asked = (more = {}) => ({
+  const keep = (/** @type {object} */ values) => { Object.assign(draft, values); drafts.keep('batch', { ...draft }, unkept); };
+  const act = (/** @type {string} */ label, /** @type {() => any} */ work, main_ = false) => button(label, guarded(refused, work), main_);
+  const asked = (others = {}) => ({
     table: draft.upload, text: draft.letter, letter: Boolean(draft.markdown), hand: draft.hand, page: draft.page, fallback: true, to: draft.to,
     once: Boolean(draft.once), with_envelopes: Boolean(draft.envelopes && !known?.no_envelopes),
-    ...(draft.to === 'printer' ? { printer: draft.printer || '', queues: (draft.queues || []).filter((queue) => queue !== draft.printer) } : {}),
-    ...(draft.to === 'plotter' && draft.device ? { device: draft.device } : {}), ...more,
+    ...(draft.to === 'printer' ? { printer: draft.printer || '', queues: (draft.queues || []).filter((/** @type {string} */ queue) => queue !== draft.printer) } : {}),
+    ...(draft.to === 'plotter' && draft.device ? { device: draft.device } : {}), ...others,
   });
 
   /** The table with the letter as it is now. */
   async function look() {
     try {
       known = await request('POST', '/api/batches/tried', asked(), gone.signal);
-    } catch (error) {
+    } catch (/** @type {any} */ error) {
       if (error.status !== 422 || !error.message.includes('send it again')) throw error;
-      known = null;
+      known = /** @type {any} */ (null);
       keep({ upload: '', step: 0 });
       throw new Error(`The studio was closed since: give ${draft.name || 'the table'} once more. Your letter is kept.`);
     }
   }
-  const given = refused(async ([file], letter) => {
-    const sent = await request('POST', `/api/uploads?name=${encodeURIComponent(file.name)}`, file, gone.signal);
+  const given = guarded(refused, async (/** @type {File[]} */ [file], letter = '') => {
+    const sent = await upload(file, gone.signal);
     const before = { ...draft };
-    keep({ upload: sent.id, name: file.name, ...(letter ? { letter, markdown: false } : {}) });
+    keep({ upload: sent, name: file.name, ...(letter ? { letter, markdown: false } : {}) });
     try {
       await look();
       if (before.upload) request('DELETE', `/api/uploads/${before.upload}`).catch(() => {});
-    } catch (error) {
+    } catch (/** @type {any} */ error) {
       keep({ upload: before.upload, name: before.name });
       throw error;
     }
-    row = null; picked = false;
+    row = undefined; picked = false;
     draw();
   });
-  const sample = refused(async () => {
+  const sample = guarded(refused, async () => {
     const answer = await fetch('sample.csv');
     await given([new File([await answer.blob()], 'sample.csv', { type: 'text/csv' })], draft.letter.trim() ? '' : LETTERS['Thank you']);
   });
-  const go = async (step) => {
+  const go = async (/** @type {number} */ step) => {
     if (step === 3) { await proofed(); return; }
     if (step > 0 && known) await look();
     keep({ step });
@@ -90,49 +90,50 @@ export async function show(main, shared, [name]) {
         h('tbody', {}, alike.map(([why, some]) => h('tr', {}, h('td', {}, some.length > 1 ? `${some.length} rows` : some[0].row), h('td', {}, some.length > 1 ? named(some) : some[0].called), h('td', {}, why)))))) : '',
       known.notes.map((note) => h('p', { class: 'quiet' }, `${note[0].toUpperCase()}${note.slice(1)}.`)));
   }
+  /** @param {(name: string) => void} [press] */
   const chips = (press) => h('div', { class: 'chips', role: 'group', 'aria-label': press ? 'Gaps that the table fills' : 'Columns' },
     known.columns.map((one) => (press ? h('button', { type: 'button', class: 'chip', title: `From the column ${one.header}`, onclick: () => press(one.name) }, one.name.replaceAll('_', ' ')) : h('span', { class: 'chip' }, one.header))));
-  const onward = (label, step, back = step - 2) => h('div', { class: 'row between onward' }, back >= 0 ? act('Back', () => go(back)) : h('span', {}), act(label, () => go(step), true));
+  const onward = (/** @type {string} */ label, /** @type {number} */ step, back = step - 2) => h('div', { class: 'row between onward' }, back >= 0 ? act('Back', () => go(back)) : h('span', {}), act(label, () => go(step), true));
 
   function tableStep() {
     const list = h('ul', { class: 'list' }), before = h('section', { hidden: true }, h('h2', {}, 'Kept before'), list);
-    request('GET', '/api/batches', undefined, gone.signal).then(({ batches, made: now }) => {
+    request('GET', '/api/batches', undefined, gone.signal).then((/** @type {{batches: Batch[], made: Record<string, string>}} */ { batches, made: now }) => {
       before.hidden = !batches.length;
-      list.replaceChildren(...batches.map((one) => h('li', {}, h('a', { class: 'button', href: `#table/${one.batch}` }, h('span', {}, one.title), h('span', { class: 'quiet' }, `${one.batch} · ${one.batch in now ? 'being made' : STATES[one.state]}`)))));
+      list.replaceChildren(...batches.map((one) => h('li', {}, h('a', { class: 'button', href: `#table/${one.batch}` }, h('span', {}, one.title), h('span', { class: 'quiet' }, one.batch in now ? 'being made' : STATES[one.state])))));
     }).catch(() => {});
-    const [onceLabel, once] = tick('Write only one letter to rows that are the same', { checked: Boolean(draft.once), onchange: refused(async () => { keep({ once: once.checked }); await look(); draw(); }) });
+    const [onceLabel, once] = tick('Write only one letter to rows that are the same', { checked: Boolean(draft.once), onchange: guarded(refused, async () => { keep({ once: once.checked }); await look(); draw(); }) });
     return [h('h1', {}, 'Who gets a letter?'),
       picker(known ? 'Another table' : 'The table', 'Drop it here: CSV or Excel, a row for each letter, the names of the columns on top; or contacts of a phone (vCard).', { accept: TAKEN }, given),
       known ? '' : h('div', { class: 'row' }, act('Try it with a sample', sample), h('a', { class: 'button', href: 'sample.csv', download: 'sample.csv' }, 'Save the sample table')),
-      refusal, unkept,
-      known ? [h('h2', {}, draft.name), chips(), rowsTable(), onceLabel, onward('Next: the letter', 1)] : '', before];
+      refused, unkept,
+      known ? [h('h2', {}, draft.name), chips(), rowsTable(), more('More', onceLabel), onward('Next: the letter', 1)] : '', before];
   }
 
   function letterStep() {
     const letter = h('textarea', { rows: 11, id: 'letter', spellcheck: 'true', placeholder: 'Dear {{ first_name }},\n\n…', maxlength: 100000, oninput: () => { keep({ letter: letter.value }); soon(); } });
     letter.value = draft.letter;
-    const put = (text, all = false) => {
+    const put = (/** @type {string} */ text, all = false) => {
       if (all) letter.value = text; else letter.setRangeText(text, letter.selectionStart, letter.selectionEnd, 'end');
       letter.focus();
       keep({ letter: letter.value }); soon();
     };
     const [markdownLabel, markdown] = tick('With headings, lists and a P.S. (Markdown)', { checked: Boolean(draft.markdown), onchange: () => { keep({ markdown: markdown.checked }); soon(); } });
-    const names = known.columns.map((one) => one.name), fitting = (text) => [...text.matchAll(/{{ (\w+)/g)].every(([, one]) => names.includes(one));
-    return [h('h1', {}, 'What does it say?'), h('p', { class: 'quiet' }, 'Press a column to put it where the cursor stands. Empty: envelopes alone.'), chips((one) => put(`{{ ${one} }}`)),
+    const names = known.columns.map((one) => one.name), fitting = (/** @type {string} */ text) => [...text.matchAll(/{{ (\w+)/g)].every(([, one]) => names.includes(one));
+    return [h('h1', {}, 'What does it say?'), h('p', { class: 'quiet' }, 'Press a column to put it where the cursor stands: each letter has what stands there in its row.'), chips((one) => put(`{{ ${one} }}`)),
       h('label', { for: 'letter' }, 'Letter'), letter,
       h('div', { class: 'row' }, h('span', { class: 'quiet small' }, 'Begin with:'), Object.keys(LETTERS).filter((one) => fitting(LETTERS[one])).map((one) => act(one, () => put(LETTERS[one], true)))),
-      markdownLabel, refusal, unkept, onward('Next: the paper', 2)];
+      more('More', markdownLabel, h('p', { class: 'quiet' }, 'No letter, but envelopes? Leave the text empty.')), refused, unkept, onward('Next: the paper', 2)];
   }
 
   function paperStep() {
-    const set = (key) => (event) => { keep({ [key]: event.target.type === 'checkbox' ? event.target.checked : event.target.value }); chosen(); soon(); };
-    const pick = (key, control) => { if (draft[key]) control.value = draft[key]; if (control.selectedIndex < 0) control.selectedIndex = 0; control.addEventListener('change', set(key)); return control; };
-    const hand = pick('hand', choice(shared.choices.hands.map((one) => one.name))), page = pick('page', choice(shared.choices.pages, NAMES)), to = pick('to', choice(Object.keys(TO), TO));
+    const set = (/** @type {string} */ key) => (/** @type {any} */ event) => { keep({ [key]: event.target.type === 'checkbox' ? event.target.checked : event.target.value }); chosen(); soon(); };
+    const pick = (/** @type {string} */ key, /** @type {HTMLSelectElement} */ control) => { if (draft[key]) control.value = draft[key]; if (control.selectedIndex < 0) control.selectedIndex = 0; control.addEventListener('change', set(key)); return control; };
+    const hand = pick('hand', handChoice(shared.choices.hands)), page = pick('page', choice(shared.choices.pages, SIZES)), to = pick('to', choice(Object.keys(TO), TO));
     const printers = [...machines.queues, ...machines.printers.map((one) => one.name).filter((one) => one !== 'printer-pdf')];
     const printer = pick('printer', choice(printers, Object.fromEntries(machines.printers.map((one) => [one.name, one.title]))));
     const device = pick('device', choice(machines.plotters.map((one) => one.name), Object.fromEntries(machines.plotters.map((one) => [one.name, one.title]))));
     const [envelopeLabel] = tick('An envelope for each letter', { checked: Boolean(draft.envelopes && !known.no_envelopes), disabled: Boolean(known.no_envelopes), onchange: set('envelopes') });
-    const sharing = h('fieldset', {}, h('legend', {}, 'Shared with these printers'), machines.queues.map((queue) => tick(queue, { checked: (draft.queues || []).includes(queue), onchange: (event) => keep({ queues: event.target.checked ? [...(draft.queues || []), queue] : draft.queues.filter((one) => one !== queue) }) })[0]));
+    const sharing = h('fieldset', {}, h('legend', {}, 'Shared with these printers'), machines.queues.map((queue) => tick(queue, { checked: (draft.queues || []).includes(queue), onchange: (/** @type {any} */ { target }) => keep({ queues: [...(draft.queues || []).filter((/** @type {string} */ one) => one !== queue), ...(target.checked ? [queue] : [])] }) })[0]));
     const printerField = field('Printer', printer), deviceField = field('Plotter', device);
     const chosen = () => {
       printerField.hidden = to.value !== 'printer'; deviceField.hidden = to.value !== 'plotter';
@@ -141,25 +142,25 @@ export async function show(main, shared, [name]) {
     };
     chosen();
     return [h('h1', {}, 'On what, and how?'), h('div', { class: 'grid' }, field('Handwriting', hand), field('Paper', page), field('Made by', to), printerField, deviceField), sharing, envelopeLabel,
-      known.no_envelopes ? h('p', { class: 'quiet small' }, `No envelopes: ${known.no_envelopes}`) : '', refusal, unkept, onward('Next: a proof of every letter', 3)];
+      known.no_envelopes ? h('p', { class: 'quiet small' }, `No envelopes: ${known.no_envelopes}`) : '', refused, unkept, onward('Next: a proof of every letter', 3)];
   }
 
   /** The page of a row, as the letter is now. */
-  const side = h('figure', { class: 'sheet' }), who = h('span', { class: 'quiet', 'aria-live': 'polite' }), wrong = h('p', { class: 'bad', role: 'alert' });
+  const side = h('figure', { class: 'sheet' }), who = h('span', { class: 'quiet', 'aria-live': 'polite' }), wrong = refusal();
   const asks = h('input', { type: 'number', min: 1, 'aria-label': 'Row', onchange: () => { picked = true; row = known.numbers.find((one) => one >= Number(asks.value)) ?? known.numbers.at(-1); previewed(); } });
-  const turn = (by) => {
+  const turn = (/** @type {number} */ by) => {
     picked = true;
-    row = known.numbers.at((known.numbers.indexOf(row) + by) % known.numbers.length);
+    row = known.numbers.at((known.numbers.indexOf(row ?? 0) + by) % known.numbers.length);
     previewed();
   };
   const view = h('section', { class: 'desk', 'aria-label': 'The letter of a row' },
-    h('div', { class: 'tools' }, h('button', { type: 'button', class: 'icon', 'aria-label': 'Row before', onclick: () => turn(-1) }, '‹'), asks, h('button', { type: 'button', class: 'icon', 'aria-label': 'Next row', onclick: () => turn(1) }, '›'), who),
+    h('div', { class: 'tools' }, h('span', { class: 'quiet', 'aria-hidden': 'true' }, 'Row'), button('‹', () => turn(-1), false, { class: 'icon', 'aria-label': 'Row before' }), asks, button('›', () => turn(1), false, { class: 'icon', 'aria-label': 'Next row' }), who),
     h('div', { class: 'asks' }, wrong), h('div', { class: 'paper', tabindex: 0, 'aria-label': 'The page, to scroll' }, side));
   async function previewed() {
     showing?.abort();
     const own = showing = new AbortController();
-    row = known.numbers.includes(row) ? row : (known.rows.find((one) => !one.why.length) ?? known.rows[0])?.row; // first one that is as it should be
-    asks.value = row ?? ''; who.textContent = `${known.rows.find((one) => one.row === row)?.called ?? ''}`;
+    row = known.numbers.includes(row ?? 0) ? row : (known.rows.find((one) => !one.why.length) ?? known.rows[0])?.row; // first one that is as it should be
+    asks.value = String(row ?? ''); who.textContent = `${known.rows.find((one) => one.row === row)?.called ?? ''}`;
     if (!row || !draft.letter.trim()) { side.replaceChildren(); wrong.textContent = ''; return; }
     try {
       const { tried, trouble } = await request('POST', '/api/batches/tried', asked({ row }), own.signal), { filled, why, called } = tried;
@@ -177,16 +178,10 @@ export async function show(main, shared, [name]) {
       if (!side.firstChild) side.append(h('span', { class: 'skeleton' }));
       const done = drawn ? await request('POST', '/api/write', wanted, own.signal) : await task('/api/write', wanted, () => {}, own.signal);
       if (drawn) {
-        const source = await fetched(fileOf(done), own.signal);
-        const svg = document.importNode(new DOMParser().parseFromString(source.replace(/<(style|script|metadata)\b[\s\S]*?<\/\1>/g, ''), 'image/svg+xml').documentElement, true);
-        svg.setAttribute('role', 'img'); svg.setAttribute('aria-label', filled);
-        side.replaceChildren(svg);
-      } else {
-        const image = h('img', { alt: filled, src: URL.createObjectURL(await blob(fileOf(done), '', 'GET', undefined, own.signal)), onload: () => URL.revokeObjectURL(image.src) });
-        side.replaceChildren(image);
-      }
+        side.replaceChildren(drawing(await fetched(fileOf(done), own.signal), filled));
+      } else side.replaceChildren(picture(await blob(fileOf(done), '', 'GET', undefined, own.signal), filled));
       if (done.facts.pages > 1) wrong.textContent += `It needs ${done.facts.pages} pages of ${draft.page}; the first is shown.`;
-    } catch (error) {
+    } catch (/** @type {any} */ error) {
       if (error.name !== 'AbortError') wrong.textContent = error.message;
     } finally {
       if (showing === own) side.classList.remove('coming');
@@ -199,13 +194,13 @@ export async function show(main, shared, [name]) {
 
   function draw() {
     const at = known ? Math.min(draft.step, 2) : 0;
-    head.replaceChildren(steps(STEPS, at, known ? 3 : 0, refused(go)));
+    head.replaceChildren(steps(STEPS, at, known ? 3 : 0, guarded(refused, go)));
     body.classList.toggle('beside', at > 0);
     body.replaceChildren(h('section', { class: 'step' }, [tableStep, letterStep, paperStep][at]()), ...(at > 0 ? [view] : []));
     if (at > 0) previewed();
   }
   main.append(h('div', { class: 'flow' }, head, body));
-  if (draft.upload) await refused(look)();
+  if (draft.upload) await guarded(refused, look)();
   machines = await request('GET', '/api/machines', undefined, gone.signal).catch(() => ({ queues: [], printers: [], plotters: [], ports: [] }));
   draw();
   return () => { gone.abort(); showing?.abort(); clearTimeout(waiting); };

@@ -1,10 +1,14 @@
 // The page Write: a text on the left, on the right the page that is typed on; all pages when typing rests.
 
-import { request, task, blob, text as fetched, fileOf } from './api.js';
+/** @import { Box, Choices, Done, Machines, Show, Snapshot, Word, Written } from './types' */
+/** @typedef {HTMLInputElement | HTMLSelectElement | HTMLTextAreaElement} Control */
+/** @typedef {{text: HTMLTextAreaElement, kind: HTMLSelectElement, hand: HTMLSelectElement, [name: string]: any}} Controls */
+import { request, task, blob, text as fetched, fileOf, upload } from './api.js';
 import * as drafts from './drafts.js';
-import { choice, field, h, machine, picker, s, save, say, tick } from './dom.js';
-import { play } from './replay.js';
+import { button, choice, field, guarded, h, handChoice, machine, picker, refusal as refusals, s, save, say, SIZES, tick } from './dom.js';
+import { appear, play } from './replay.js';
 import { marks, moved } from './marks.js';
+import { drawing, picture, progress } from './work.js';
 
 const FIRST = 'Dear Ada,\n\nthank you for the jam: it is nearly finished, and we all hope for more.\n\nYours, Zoë';
 const PATIENCE = 700; // ms: what takes longer is not waited for when something is changed, nor begun at every key
@@ -12,29 +16,29 @@ const REST = 500; // ms without a key, then all pages are written
 const SCREEN_DPI = 150;
 const INKS = { '': 'the pen’s own', '#20223a': 'black', '#24408e': 'blue', '#7c1f2b': 'red', '#1f5a3c': 'green' };
 const FORMATS = { pdf: 'PDF, to print or send', png: 'PNG, a picture', svg: 'SVG, lines to work on', inkml: 'InkML, movements of a pen', json: 'JSON, for programs', gcode: 'G-code, for a plotter', hpgl: 'HP-GL, for a plotter', ebb: 'EBB, for a plotter' };
-const KINDS = { text: 'Plain text', letter: 'With headings and pictures (Markdown)' };
+const KINDS = { text: 'Plain text', letter: 'With headings, pictures' };
+const SHORT = 0.5; // of the height that a page has for writing: what takes less may be centred
+const LARGEST = 2; // times as large, where a short text is made to fit its page
+const FULL = 0.6; // of the page's room that it takes then
 const ALIGNED = { ragged: 'as people write', left: 'at the left', centre: 'in the middle', right: 'at the right' };
 const DIE = 'M5 3h14a2 2 0 0 1 2 2v14a2 2 0 0 1-2 2H5a2 2 0 0 1-2-2V5a2 2 0 0 1 2-2Zm0 2v14h14V5Zm3 1.7A1.6 1.6 0 1 1 8 9.9a1.6 1.6 0 0 1 0-3.2Zm8 0a1.6 1.6 0 1 1 0 3.2 1.6 1.6 0 0 1 0-3.2Zm-4 3.7a1.6 1.6 0 1 1 0 3.2 1.6 1.6 0 0 1 0-3.2Zm-4 3.7a1.6 1.6 0 1 1 0 3.2 1.6 1.6 0 0 1 0-3.2Zm8 0a1.6 1.6 0 1 1 0 3.2 1.6 1.6 0 0 1 0-3.2Z';
 
-const sent = new Map(); // pictures of letters that were sent: name → its number at the server
+const sent = /** @type {Map<string, string>} */ (new Map()); // pictures of letters that were sent: name → its number at the server
 const PROGRAMS = ['gcode', 'hpgl', 'ebb']; // formats that are for one machine
 const NARROW = matchMedia('(max-width: 44rem)');
 const random = () => Math.floor(Math.random() * 1e6);
-const plural = (count, word) => `${count} ${word}${count === 1 ? '' : 's'}`;
-const clock = (seconds) => (seconds < 90 ? `${Math.round(seconds)} s` : `${Math.round(seconds / 60)} min`);
+const plural = (/** @type {number} */ count, /** @type {string} */ word) => `${count} ${word}${count === 1 ? '' : 's'}`;
+const clock = (/** @type {number} */ seconds) => (seconds < 90 ? `${Math.round(seconds)} s` : `${Math.round(seconds / 60)} min`);
 
-/** The controls by name, filled with what was chosen last. */
+/** The controls by name, filled with what was chosen last.  @param {Choices} choices @param {any} kept */
 function controls(choices, kept) {
-  const hands = h('select', {}, [true, false].map((drawn) => h(
-    'optgroup', { label: drawn ? 'Drawn' : 'From paper' },
-    choices.hands.filter((hand) => hand.drawn === drawn).map((hand) => h('option', { value: hand.name }, hand.name)),
-  )));
   const plotters = choices.plotters.map((plotter) => plotter.name);
+  /** @type {Controls} */
   const made = {
     text: h('textarea', { spellcheck: 'true', maxlength: 100000 }),
     kind: choice(Object.keys(KINDS), KINDS),
-    hand: hands,
-    page: choice(choices.pages),
+    hand: handChoice(choices.hands),
+    page: choice(choices.pages, SIZES),
     x_height: h('input', { type: 'number', min: 0.8, max: 20, step: 0.1, placeholder: 'as the hand writes' }),
     pen: choice(['', ...choices.pens], { '': 'the hand’s own' }),
     ink: choice([...Object.keys(INKS), 'other'], { ...INKS, other: 'another …' }),
@@ -50,7 +54,7 @@ function controls(choices, kept) {
     device: choice(['', ...plotters], { '': 'a common one', ...Object.fromEntries(choices.plotters.map((p) => [p.name, p.title])) }),
     format: choice(Object.keys(FORMATS), FORMATS),
   };
-  const first = { text: FIRST, page: 'A6', hand: 'house-joined' };
+  const first = /** @type {Record<string, string>} */ ({ text: FIRST, page: 'A6', hand: 'house-joined' });
   for (const [name, control] of Object.entries(made)) {
     const value = kept[name] ?? first[name];
     if (value === undefined) continue;
@@ -61,14 +65,14 @@ function controls(choices, kept) {
   return made;
 }
 
-/** What is asked of the server. */
+/** What is asked of the server.  @param {Controls} made @param {Record<string, HTMLInputElement>} ticks @returns {any} */
 function asked(made, ticks) {
-  const body = {
+  const body = /** @type {any} */ ({
     text: made.text.value, letter: made.kind.value === 'letter', hand: made.hand.value, page: made.page.value, paper: made.paper.value, align: made.align.value,
     language: made.language.value,
     variation: Number(made.variation.value), slips: Number(made.slips.value) || 0, seed: Number(made.seed.value) || 0,
     fallback: ticks.fallback.checked, fit: ticks.fit.checked,
-  };
+  });
   if (!made.legible.parentElement?.hidden) body.legible = Number(made.legible.value);
   if (made.x_height.value) body.x_height = `${made.x_height.value}mm`;
   for (const name of ['pen', 'style']) if (made[name].value) body[name] = made[name].value;
@@ -79,7 +83,7 @@ function asked(made, ticks) {
   return body;
 }
 
-/** What was decided for the user, as sentences. */
+/** What was decided for the user, as sentences.  @param {Written} facts @param {string[]} [said] */
 function told(facts, said) {
   const ways = new Map();
   for (const { letter, own, from } of facts.borrowed || []) {
@@ -91,21 +95,25 @@ function told(facts, said) {
   return [...doubts, ...lent, ...(said || []), ...(facts.notes || [])].filter((one, at, all) => all.indexOf(one) === at);
 }
 
-/** [name, place] of words: by a name, which counts those that are alike, a word of a letter is found when it was changed. */
+/** [name, place] of words: by a name, which counts those that are alike, a word of a letter is found when it was changed.  @param {Word[]} words @returns {[string, number][]} */
 function named(words) {
-  const alike = new Map();
+  const alike = /** @type {Map<string, number>} */ (new Map());
   return words.map(({ word, at }) => {
     alike.set(word, (alike.get(word) || 0) + 1);
     return [`${alike.get(word)} ${word}`, at];
   });
 }
 
-/** A name for a file, after the first words of its text. */
+/** The upper and lower end of some words on their page, mm.  @param {Word[]} words */
+const around = (words) => { const boxes = words.flatMap((word) => (word.box ? [word.box] : [])); return [Math.min(...boxes.map((box) => box[1])), Math.max(...boxes.map((box) => box[3]))]; };
+
+/** A name for a file, after the first words of its text.  @param {string} text */
 function called(text) {
   const words = text.trim().split(/\s+/).slice(0, 3).join('-');
   return words.replace(/[^\p{L}\p{N}-]/gu, '').toLowerCase() || 'page';
 }
 
+/** @type {Show} */
 export async function show(main, shared, [hand]) {
   const kept = { ...await drafts.kept('draft'), ...(hand ? { hand, rewritten: [] } : {}) };
   if (hand) history.replaceState(null, '', '#write'); // once: another hand that is chosen here stays when the page is loaded anew
@@ -115,40 +123,34 @@ export async function show(main, shared, [hand]) {
   const [fitting, fit] = tick('Write smaller what does not fit', { checked: kept.fit ?? false });
   const ticks = { fallback: lend, fit };
   const spread = h('output', {}, made.variation.value);
-  const die = h('button', { type: 'button', class: 'icon', title: 'Write it another way', 'aria-label': 'Write it another way' }, s('svg', { viewBox: '0 0 24 24', 'aria-hidden': 'true' }, s('path', { d: DIE })));
-  const refusal = h('p', { class: 'bad', role: 'alert' }), unkept = h('p', { class: 'bad', role: 'alert' });
+  const die = button([s('svg', { viewBox: '0 0 24 24', 'aria-hidden': 'true' }, s('path', { d: DIE })), 'Write it another way'], () => { made.seed.value = String(random()); rewritten.clear(); soon(); });
+  const refusal = refusals(), unkept = refusals();
   const pictures = picker('A picture for the letter', 'Drop it here: PNG, JPEG or WebP.', { accept: '.png,.jpg,.jpeg,.webp' }, pictureSent);
   const form = h(
     'form', { 'aria-label': 'What is written' },
     h('div', { class: 'row between' }, h('label', { for: 'text' }, 'Text'), made.kind), made.text, pictures, refusal, unkept,
     h('details', { class: 'looks', open: kept.looks ?? !NARROW.matches }, h('summary', {}, 'How it looks'),
       h('div', { class: 'grid' },
-        field('Hand', made.hand), field('Page', made.page),
+        field('Handwriting', made.hand, true),
+        field('Size', made.page), field('Paper', made.paper),
         field('Pen', made.pen), h('div', {}, h('label', { for: 'ink' }, 'Ink'), h('div', { class: 'joined' }, made.ink, made.colour)),
-        field('Paper', made.paper), field('Lines lie', made.align),
-        h('div', {}, field('Letter height, mm', made.x_height), h('span', { class: 'quiet small' }, 'of an x; empty: as the hand writes')),
-        h('div', {}, h('span', { class: 'label' }, 'Another version'), h('div', { class: 'joined' }, die, h('span', { class: 'quiet small' }, 'the same words, written again')))),
+        field('Letter height, mm', made.x_height), field('Alignment', made.align), h('div', { class: 'all' }, die)),
       h('details', { class: 'more', open: Boolean(kept.more) }, h('summary', {}, 'More'),
-        h('div', { class: 'grid' }, h('div', {}, h('label', { for: 'variation' }, 'How much letters vary: ', spread), made.variation), field('Style of movement', made.style),
+        h('div', { class: 'grid' }, h('div', {}, h('label', { for: 'variation' }, 'How much letters vary: ', spread), made.variation), field('Style', made.style),
           field('Easier to read than the author writes', made.legible), field('Cyrillic letters', made.language), field('Words struck out, in 100', made.slips), field('Number of the version', made.seed), h('div', { class: 'all' }, fallback), h('div', { class: 'all' }, fitting)))),
   );
-  made.text.id = 'text'; made.kind.setAttribute('aria-label', 'Kind of text'); made.ink.id = 'ink'; made.variation.id = 'variation';
+  made.text.id = 'text'; made.kind.setAttribute('aria-label', 'Kind of text'); made.ink.id = 'ink'; made.variation.id = 'variation'; made.x_height.title = 'Of small letters, such as x';
 
-  const back = h('button', { type: 'button', class: 'icon', 'aria-label': 'Page before' }, '‹');
-  const on = h('button', { type: 'button', class: 'icon', 'aria-label': 'Next page' }, '›');
-  const place = h('span', { class: 'quiet pages' });
-  const replay = h('button', { type: 'button' }, 'Watch it written');
+  const back = button('‹', () => turned(-1), false, { class: 'icon', 'aria-label': 'Page before' }), on = button('›', () => turned(1), false, { class: 'icon', 'aria-label': 'Next page' });
+  const place = h('span', { class: 'quiet pages' }), pager = h('span', { class: 'joined' }, back, place, on);
+  const replay = button('Watch it written', watched);
   const pace = choice(['1', '2', '5', '20'], { 1: 'true speed', 2: '2 ×', 5: '5 ×', 20: '20 ×' });
   pace.setAttribute('aria-label', 'Speed');
-  const [wayLabel, way] = tick('Pen’s path');
-  const make = h('button', { type: 'button', class: 'main make' }, 'Make …');
-  const bar = h('progress', { max: 1, value: 0, 'aria-label': 'Progress' });
-  const stage = h('span', { class: 'quiet' });
-  const cancel = h('button', { type: 'button' }, 'Cancel');
-  const work = h('div', { class: 'work' }, stage, bar, cancel);
-  work.hidden = true;
+  const [wayLabel, way] = tick('Pen’s path'), watching = h('span', { class: 'joined', hidden: true }, pace, wayLabel); // while it is watched
+  const make = button('Make …', making, true, { class: 'main make' });
+  const { line: work, heard } = progress(() => coming?.abort());
   const sheet = h('figure', { class: 'sheet', 'aria-label': 'The page' });
-  const toggle = (label, name) => h('button', { type: 'button', 'aria-pressed': 'false', onclick: () => { mode = mode === name ? '' : name; overlaid(true); } }, label);
+  const toggle = (/** @type {string} */ label, /** @type {string} */ name) => button(label, () => { mode = mode === name ? '' : name; overlaid(true); }, false, { 'aria-pressed': 'false' });
   const modes = { words: toggle('Rewrite a word', 'words'), block: toggle('Move the text', 'block') };
   const paper = h('div', { class: 'paper', tabindex: 0, 'aria-label': 'The page, to scroll' }, sheet);
   const spoken = h('p', { class: 'hidden', 'aria-live': 'polite' });
@@ -156,37 +158,38 @@ export async function show(main, shared, [hand]) {
   main.append(h('div', { class: 'write' }, h('h1', { class: 'hidden' }, 'Write'), form, h(
     'section', { class: 'desk', 'aria-label': 'The page' },
     h('div', { class: 'bar' },
-      h('div', { class: 'tools' }, h('span', { class: 'joined' }, back, place, on), h('span', { class: 'joined' }, modes.words, modes.block), h('span', { class: 'joined' }, replay, pace, wayLabel)), make),
+      h('div', { class: 'tools' }, pager, replay, watching, modes.words, modes.block), make),
     paper, work, notes, spoken,
   )));
 
-  let mode = '', chosen = -1, rewritten = new Map(kept.rewritten || []), margin = kept.margin || null, text = made.text.value;
-  let held = null; // of a letter that was changed, the words that are written again, until it is known where they went
+  let mode = '', chosen = -1, rewritten = /** @type {Map<number, number>} */ (new Map(kept.rewritten || [])), margin = /** @type {number[] | null} */ (kept.margin || null), text = made.text.value;
+  let laid = /** @type {[string, string, number[] | null] | null} */ (null); // how a short text lay before it was centred
+  let held = /** @type {Map<string, number> | null} */ (null); // of a letter that was changed, the words that are written again, until it is known where they went
   let stale = false; // whether something was changed since what is shown was asked for
   let page = 0, pages = 1, at = 0; // the page that is looked at, how many are known, and a place in the text that is on it
-  let took = 0, last = null, lines = null, coming = null, waiting = 0, stopped = null;
+  let took = 0, last = /** @type {Done} */ (/** @type {any} */ (null)), lines = /** @type {Done | null} */ (null), coming = /** @type {AbortController | null} */ (null), waiting = 0, stopped = /** @type {(() => void) | null} */ (null);
   let resting = false, next = false; // whether what comes is all pages; whether another is to be written behind it
 
   const quick = () => shared.choices.hands.find((hand) => hand.name === made.hand.value)?.drawn;
   const inked = () => !quick() || made.pen.value || made.paper.value !== 'none' || asked(made, ticks).pictures;
 
+  const folded = (/** @type {string} */ which) => /** @type {HTMLDetailsElement} */ (form.querySelector(which)).open;
   function keep() {
     const values = Object.fromEntries(Object.entries(made).map(([name, control]) => [name, control.value]));
-    drafts.keep('draft', { ...values, fallback: lend.checked, fit: fit.checked, more: form.querySelector('.more').open, looks: form.querySelector('.looks').open, rewritten: [...rewritten], margin }, unkept);
+    drafts.keep('draft', { ...values, fallback: lend.checked, fit: fit.checked, more: folded('.more'), looks: folded('.looks'), rewritten: [...rewritten], margin }, unkept);
     pictures.hidden = made.kind.value !== 'letter';
     made.colour.hidden = made.ink.value !== 'other';
-    made.legible.parentElement.hidden = quick(); // drawn hands are as legible as they were drawn
+    made.legible.parentElement.hidden = Boolean(quick()); // drawn hands are as legible as they were drawn
     spread.textContent = made.variation.value === '1' ? 'as people vary' : made.variation.value === '0' ? 'none' : made.variation.value;
   }
 
-  function size(svg) {
-    const [, , width, height] = svg.getAttribute('viewBox').split(' ').map(Number);
-    sheet.dataset.wide = width; sheet.dataset.high = height;
+  function size(/** @type {number} */ width, /** @type {number} */ height) {
+    sheet.dataset.wide = String(width); sheet.dataset.high = String(height);
     fitted();
   }
 
   function fitted() {
-    const { wide, high } = sheet.dataset;
+    const [wide, high] = [Number(sheet.dataset.wide), Number(sheet.dataset.high)];
     if (!wide) return;
     const room = paper.getBoundingClientRect();
     const most = Math.max(Math.min((room.width - 40) / wide, (room.height - 40) / high, 8), 260 / wide);
@@ -200,65 +203,69 @@ export async function show(main, shared, [hand]) {
     ...(rewritten.size && !held ? { rewritten: [...rewritten] } : {}),
   });
 
-  /** Words that are written again in a letter, found by name in what came of it; whether it is to be written with them. */
+  /** Words that are written again in a letter, found by name in what came of it; whether it is to be written with them.  @param {Word[]} words */
   function found(words) {
     if (!held) return false;
-    rewritten = new Map(named(words).filter(([name]) => held.has(name)).map(([name, at]) => [at, held.get(name)]));
+    rewritten = new Map(named(words).flatMap(([name, at]) => { const times = held?.get(name); return times ? [/** @type {[number, number]} */ ([at, times])] : []; }));
     held = null;
     keep();
     return rewritten.size > 0;
   }
 
-  function heard(snapshot) {
-    work.hidden = false;
-    bar.value = snapshot.share;
-    stage.textContent = snapshot.state === 'waiting' ? 'waiting' : snapshot.stage;
-  }
-
   /** The file of the page that is looked at; where one page was written alone, there is but one. */
-  const shownFile = (done) => fileOf(done, done.facts.page ? 0 : Math.min(page, done.facts.files.length - 1));
+  const shownFile = (/** @type {Done} */ done) => fileOf(done, done.facts.page ? 0 : Math.min(page, done.facts.files.length - 1));
 
-  async function lined(done, signal) {
-    const source = await fetched(shownFile(done), signal);
-    // its own style and script are for browsers that open the file; the security policy of this page refuses them
-    const bare = source.replace(/<(style|script|metadata)\b[\s\S]*?<\/\1>/g, '');
-    const parsed = new DOMParser().parseFromString(bare, 'image/svg+xml').documentElement;
-    for (const part of parsed.querySelectorAll('desc, title')) part.remove();
-    const svg = document.importNode(parsed, true);
-    svg.querySelector('#travel').removeAttribute('display');
-    svg.querySelector('#travel').toggleAttribute('hidden', !way.checked);
-    svg.setAttribute('role', 'img'); svg.setAttribute('aria-label', made.text.value);
+  async function lined(/** @type {Done} */ done, signal = /** @type {AbortSignal | undefined} */ (undefined)) {
+    const svg = drawing(await fetched(shownFile(done), signal), made.text.value);
+    svg.querySelector('#travel')?.removeAttribute('display');
+    svg.querySelector('#travel')?.toggleAttribute('hidden', !way.checked);
     return svg;
   }
 
-  async function pictured(done, signal) {
-    const url = URL.createObjectURL(await blob(shownFile(done), '', 'GET', undefined, signal));
-    const image = h('img', { alt: made.text.value, src: url });
+  async function pictured(/** @type {Done} */ done, signal = /** @type {AbortSignal | undefined} */ (undefined)) {
+    const image = picture(await blob(shownFile(done), '', 'GET', undefined, signal), made.text.value);
     await image.decode();
-    URL.revokeObjectURL(url);
     return image;
   }
 
-  function placed(element, done) {
+  function placed(/** @type {SVGSVGElement | HTMLImageElement} */ element, /** @type {Done} */ done) {
     const { facts } = done;
     page = facts.page ? facts.page - 1 : Math.min(page, facts.pages - 1);
     pages = facts.page ? Math.max(pages, facts.page) : facts.pages;
-    if (element.viewBox) size(element);
-    else {
-      sheet.dataset.wide = element.naturalWidth / SCREEN_DPI * 25.4; sheet.dataset.high = element.naturalHeight / SCREEN_DPI * 25.4;
-      fitted();
-    }
-    const focused = sheet.querySelector('.marks')?.contains(document.activeElement);
+    if (element instanceof SVGSVGElement) size(element.viewBox.baseVal.width, element.viewBox.baseVal.height);
+    else size((element.naturalWidth / SCREEN_DPI) * 25.4, (element.naturalHeight / SCREEN_DPI) * 25.4);
+    const focused = Boolean(sheet.querySelector('.marks')?.contains(document.activeElement));
+    if (element instanceof SVGSVGElement) appear(element, sheet.querySelector('svg:not(.marks)'));
     sheet.replaceChildren(element);
     last = done;
     overlaid(focused);
     place.textContent = pages > 1 ? `page ${page + 1} of ${pages}` : 'one page';
-    back.disabled = page === 0; on.disabled = page >= pages - 1;
+    pager.hidden = pages === 1; back.disabled = page === 0; on.disabled = page >= pages - 1;
     const sentences = told(facts, done.said);
     if (rewritten.size) sentences.push(`Written again: ${(facts.words || []).filter((word) => rewritten.has(word.at)).map((word) => `“${word.word}”`).join(', ')}. All other words are kept.`);
-    const figures = facts.page ? [] : [plural(facts.lines, 'line'), facts.strokes ? `${plural(facts.strokes, 'stroke')}, ${clock(facts.duration_s)} by hand` : '', `version ${facts.seed}`];
+    const figures = facts.page ? [] : [plural(facts.lines, 'line'), facts.strokes ? `${clock(facts.duration_s)} by hand` : '', `version ${facts.seed}`];
     const known = facts.page ? notes.querySelector('p') : h('p', { class: 'quiet' }, figures.filter(Boolean).join(' · '));
-    notes.replaceChildren(known || '', sentences.length ? h('ul', {}, sentences.map((one) => h('li', {}, one))) : '');
+    notes.replaceChildren(known || '', offer(), sentences.length ? h('ul', {}, sentences.map((one) => h('li', {}, one))) : '');
+  }
+
+  /** A button that centres a short text and writes it larger, or has it as it was; nothing where it is not short. */
+  function offer() {
+    const { page: alone, pages: many, words = [], x_height: now } = last.facts, [wide, high] = [Number(sheet.dataset.wide), Number(sheet.dataset.high)], edge = Math.min(wide, high) / 10;
+    const [top, low] = around(words);
+    const lay = (/** @type {string} */ height, /** @type {string} */ align, /** @type {number[] | null} */ sides) => { made.x_height.value = height; made.align.value = align; margin = sides; keep(); return drawn(); };
+    const before = laid;
+    if (before) return button('As it was before', () => { laid = null; lay(...before); });
+    if (alone || many > 1 || !now || margin || made.x_height.value || made.kind.value !== 'text' || !(low - top < SHORT * (high - 2 * edge))) return '';
+    return button('A short text: centre it, and write it larger', async () => {
+      const own = /** @type {[string, string, null]} */ (['', made.align.value, null]);
+      // lines are broken anew: they take as much more room as letters are larger, in both ways
+      const longest = Math.max(...words.map(({ box }) => (box ? box[2] - box[0] : 0))), by = Math.min(LARGEST, Math.sqrt((FULL * (high - 2 * edge)) / (low - top)), (0.9 * (wide - 2 * edge)) / longest);
+      laid = own;
+      await lay((now * Math.max(by, 1)).toFixed(1), 'centre', null);
+      if (stale) return;
+      const [above, below] = around(last.facts.words || []);
+      await lay(made.x_height.value, 'centre', [Math.round(2 * (edge + Math.max(0, (high - above - below) / 2))) / 2, edge, edge, edge]);
+    });
   }
 
   /** The marks over the page; `taken`: the keyboard goes there. */
@@ -267,8 +274,9 @@ export async function show(main, shared, [hand]) {
     sheet.querySelector('.marks')?.remove();
     if (!last) return;
     const [wide, high] = [Number(sheet.dataset.wide), Number(sheet.dataset.high)], edge = Math.min(wide, high) / 10;
-    const here = (all) => (all || []).filter((one) => one.page === page + 1 && one.box);
-    const write = (word, times) => { if (times > 0) rewritten.set(word, times); else rewritten.delete(word); at = word; soon(); };
+    /** @template {{page: number, box: Box | null}} One @param {One[]} [all] */
+    const here = (all) => /** @type {(One & {box: Box})[]} */ ((all || []).filter((one) => one.page === page + 1 && one.box));
+    const write = (/** @type {number} */ word, /** @type {number} */ times) => { if (times > 0) rewritten.set(word, times); else rewritten.delete(word); at = word; soon(); };
     sheet.append(marks({
       wide, high, mode, chosen, words: here(last.facts.words), doubts: here(last.facts.doubtful), margin: margin || [edge, edge, edge, edge],
       choose: (word) => { chosen = word.at; spoken.textContent = word.word; },
@@ -277,7 +285,7 @@ export async function show(main, shared, [hand]) {
       began: () => { coming?.abort(); clearTimeout(waiting); },
       margins: (sides) => { margin = sides; soon(); },
     }));
-    if (mode && taken) sheet.querySelector('.marks').focus();
+    if (mode && taken) /** @type {SVGElement | null} */ (sheet.querySelector('.marks'))?.focus();
   }
 
   /** Write the page that is looked at; without `alone` all pages, of which it is shown. What changes meanwhile is written next. */
@@ -297,9 +305,9 @@ export async function show(main, shared, [hand]) {
     let refused = false;
     try {
       if (quick()) {
-        last = lines = await (alone ? request('POST', '/api/write', { ...body, format: 'svg' }, own.signal) : task('/api/write', { ...body, format: 'svg' }, () => {}, own.signal));
-        if (found(lines.facts.words || [])) { await drawn(); return; }
-        placed(await lined(lines, own.signal), lines);
+        const got = last = lines = /** @type {Done} */ (await (alone ? request('POST', '/api/write', { ...body, format: 'svg' }, own.signal) : task('/api/write', { ...body, format: 'svg' }, () => {}, own.signal)));
+        if (found(got.facts.words || [])) { await drawn(); return; }
+        placed(await lined(got, own.signal), got);
       } else lines = null;
       refusal.textContent = '';
       if (inked()) {
@@ -309,7 +317,7 @@ export async function show(main, shared, [hand]) {
         placed(await pictured(done, own.signal), last);
       }
       if (alone) took = performance.now() - begun;
-    } catch (error) {
+    } catch (/** @type {any} */ error) {
       if (coming === own) stale = refused = true; // what is shown is still what was asked for before
       if (error.name === 'AbortError') return;
       refusal.textContent = error.message;
@@ -334,7 +342,7 @@ export async function show(main, shared, [hand]) {
   }
 
   /** Look at another page, of all that were written. */
-  async function turned(by) {
+  async function turned(/** @type {number} */ by) {
     if (stale || coming || last?.facts.page) await drawn();
     if (stale || !last) return;
     page += by;
@@ -359,13 +367,13 @@ export async function show(main, shared, [hand]) {
       const svg = await lined(lines);
       const before = [...sheet.children];
       sheet.replaceChildren(svg);
-      replay.textContent = 'Stop';
-      stopped = play(svg, Number(pace.value), () => {
+      replay.textContent = 'Stop'; watching.hidden = false;
+      stopped = play(svg, () => Number(pace.value), () => {
         stopped = null;
-        replay.textContent = 'Watch it written';
+        replay.textContent = 'Watch it written'; watching.hidden = true;
         if (!(before[0] instanceof SVGElement)) setTimeout(() => { if (sheet.contains(svg) && !stopped) sheet.replaceChildren(...before); }, 800);
       });
-    } catch (error) {
+    } catch (/** @type {any} */ error) {
       if (error.name !== 'AbortError') say(error.message);
     } finally {
       replay.disabled = false; work.hidden = true;
@@ -382,39 +390,33 @@ export async function show(main, shared, [hand]) {
   }
 
   /** A picture goes to the server, and its name into the letter, where the cursor stands. */
-  async function pictureSent([chosen]) {
+  async function pictureSent(/** @type {File[]} */ [chosen]) {
     refusal.textContent = '';
     try {
-      const [, stem, suffix] = chosen.name.match(/^(.*?)(\.[^.]*)?$/s);
+      const [, stem, suffix] = /** @type {RegExpMatchArray} */ (chosen.name.match(/^(.*?)(\.[^.]*)?$/s));
       const name = `${stem.replace(/[^A-Za-z0-9]+/g, '-').replace(/^-|-$/g, '').slice(-50) || `picture-${sent.size + 1}`}${suffix || ''}`;
-      sent.set(name, (await request('POST', `/api/uploads?name=${encodeURIComponent(name)}`, chosen)).id);
+      sent.set(name, await upload(new File([chosen], name)));
       if (!made.text.value.includes(`](${name})`)) made.text.setRangeText(`\n\n![](${name})\n\n`, made.text.selectionEnd, made.text.selectionEnd, 'end');
       made.text.dispatchEvent(new Event('input', { bubbles: true }));
-    } catch (error) {
+    } catch (/** @type {any} */ error) {
       refusal.textContent = error.message;
     }
   }
 
   /** The window that asks what is to be made of the page: a file, print or plot. */
   function making() {
-    const wrong = h('p', { class: 'bad', role: 'alert' });
-    const part = (title, fields, label, work_, main_ = false) => {
+    const wrong = refusals();
+    const part = (/** @type {string} */ title, /** @type {string} */ about, /** @type {Node[]} */ fields, /** @type {string} */ label, /** @type {() => Promise<string | void>} */ work_, main_ = false) => {
       const go = h('button', { class: main_ ? 'main' : undefined }, label);
+      const submit = guarded(wrong, async () => {
+        const to = await work_();
+        dialog.close();
+        if (to) location.hash = to;
+      });
       return h('form', {
         class: 'panel-form', 'aria-label': title,
-        async onsubmit(event) {
-          event.preventDefault();
-          go.disabled = true; wrong.textContent = '';
-          try {
-            const to = await work_();
-            dialog.close();
-            if (to) location.hash = to;
-          } catch (error) {
-            if (error.name !== 'AbortError') wrong.textContent = error.message;
-          }
-          go.disabled = false;
-        },
-      }, h('h3', {}, title), fields, h('div', { class: 'row' }, go));
+        async onsubmit(/** @type {Event} */ event) { event.preventDefault(); go.disabled = true; await submit(); go.disabled = false; },
+      }, h('h3', {}, title), h('p', { class: 'quiet' }, about), fields, h('div', { class: 'row' }, go));
     };
     const before = machine();
     const device = choice(Object.keys(machines), machines), copies = h('input', { type: 'number', min: 1, max: 100, value: 1 });
@@ -426,20 +428,20 @@ export async function show(main, shared, [hand]) {
     made.format.addEventListener('input', shown);
     shown();
     const dialog = h('dialog', { 'aria-label': 'Make' },
-      h('div', { class: 'row between' }, h('h2', {}, 'What is to be made of it?'), h('button', { type: 'button', onclick: () => dialog.close() }, 'Close')), wrong,
+      h('div', { class: 'row between' }, h('h2', {}, 'What is to be made of it?'), button('Close', () => dialog.close())), wrong,
       h('div', { class: 'ways' },
-        part('A file', [h('div', { class: 'grid' }, field('Format', made.format), program)], 'Download', downloaded, true),
-        part('On paper, by a printer', [field('Printer', printer)], 'Keep it for the printer', async () => {
+        part('A file', 'To send, to print elsewhere, or to work on.', [field('Format', made.format), program], 'Download', downloaded, true),
+        part('On paper, by a printer', 'You see a proof before anything is printed.', [field('Printer', printer)], 'Prepare the print', async () => {
           const title = made.text.value.trim().split(/\s+/).slice(0, 6).join(' ');
           return `table/${(await request('POST', '/api/batches', { ...asking(), title, to: 'printer', printer: printer.value })).batch}`;
         }),
-        part('With a pen, by a plotter', [h('div', { class: 'grid' }, field('Machine', device), field('Copies', copies)), inksLabel], 'Look at it on the bed', async () => (
+        part('With a pen, by a plotter', 'You see how it lies on the machine before it moves.', [field('Machine', device), field('Copies', copies), inksLabel], 'Prepare the plot', async () => (
           `jobs/${(await request('POST', '/api/plots', { ...asking(), device: device.value, copies: Number(copies.value) || 1, ...(inks.checked ? { layers: 'colour' } : {}) })).facts.job}`
         ))));
     dialog.addEventListener('close', () => { dialog.remove(); keep(); });
     document.body.append(dialog);
     dialog.showModal();
-    request('GET', '/api/machines').then(({ queues, printers }) => {
+    request('GET', '/api/machines').then((/** @type {Machines} */ { queues, printers }) => {
       const titles = Object.fromEntries(printers.map((one) => [one.name, one.title]));
       const names = [...queues, ...printers.map((one) => one.name).filter((name) => name !== 'printer-pdf')];
       printer.replaceChildren(...names.map((name) => h('option', { value: name }, titles[name] ?? name)));
@@ -450,22 +452,17 @@ export async function show(main, shared, [hand]) {
   form.addEventListener('input', (event) => {
     if (event.target === made.text) {
       if (made.kind.value === 'letter') {
-        if (rewritten.size && last) held ||= new Map(named(last.facts.words || []).filter(([, at]) => rewritten.has(at)).map(([name, at]) => [name, rewritten.get(at)]));
+        if (rewritten.size && last) held ||= new Map(named(last.facts.words || []).flatMap(([name, at]) => { const times = rewritten.get(at); return times ? [[name, times]] : []; }));
       } else rewritten = moved(rewritten, text, made.text.value);
       text = made.text.value;
       at = [...text.slice(0, made.text.selectionEnd)].length;
     } else if (event.target !== made.variation) at = page = 0;
     if (event.target === made.page) margin = null;
+    if (event.target !== made.text) laid = null;
     if ([made.hand, made.seed, made.kind].includes(event.target)) { rewritten.clear(); held = null; }
     soon();
   });
   for (const part of form.querySelectorAll('details')) part.addEventListener('toggle', keep);
-  die.addEventListener('click', () => { made.seed.value = random(); rewritten.clear(); soon(); });
-  back.addEventListener('click', () => turned(-1));
-  on.addEventListener('click', () => turned(1));
-  replay.addEventListener('click', watched);
-  make.addEventListener('click', making);
-  cancel.addEventListener('click', () => { coming?.abort(); work.hidden = true; });
   way.addEventListener('change', () => sheet.querySelector('#travel')?.toggleAttribute('hidden', !way.checked));
   const watch = new ResizeObserver(fitted);
   watch.observe(paper);
