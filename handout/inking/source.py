@@ -1,11 +1,12 @@
 """The scanned page that ink is cut from, and the movement that takes a glyph's line from there to where it is written.
 
-`InkSource` cuts the ink around a glyph's line from its page and leaves out the ink of other lines.  `course` computes,
-for every vertex of the line, how its surroundings are turned and stretched; a `Course` holds the result.
+`InkSource` cuts the ink around a glyph's line from its page and leaves out the ink of other lines.  `courses` computes,
+for every vertex of a line, how its surroundings are turned and stretched; a `Course` holds the result.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, Any
@@ -32,10 +33,9 @@ class InkSource:
     def __init__(self, page: ScannedPage) -> None:
         self.page = page
         self.radius: Array = page.graph.radius / page.pixel
-        self._last: tuple[Array, Array, NDArray[np.intp]] | None = None
 
     @cached_property
-    def _tree(self) -> cKDTree:
+    def tree(self) -> cKDTree:
         from scipy.spatial import cKDTree
 
         return cKDTree(self.page.graph.uv)
@@ -55,13 +55,6 @@ class InkSource:
         order = np.argsort(x)
         return order, x[order]
 
-    def _vertex_at(self, uv: Array) -> tuple[Array, NDArray[np.intp]]:
-        """(n,) distance to the nearest vertex, pixels, and (n,) its number; kept for calls with the same places."""
-        last = self._last
-        if last is None or last[0] is not uv:
-            last = self._last = (uv, *self._tree.query(uv))
-        return last[1:]
-
     @cached_property
     def premultiplied_ink(self) -> NDArray[np.uint8]:
         """(h, w, 4) uint8: all ink of the page, from the corner of its texture."""
@@ -71,25 +64,24 @@ class InkSource:
             ink[:, :, k] = (ink[:, :, k] * alpha + 127) // 255
         return ink
 
-    def radius_at(self, uv: Array) -> Array:
-        """(n,) float, pixels of the picture: radius of the line at places (n, 2) on it."""
-        if not len(self.radius):
-            return np.ones(len(uv))
-        return np.asarray(self.radius[self._vertex_at(uv)[1]])
-
-    def patch(self, box: Box, uv: Array | None) -> _Pixels:
+    def patch(self, box: Box, own: NDArray[np.intp]) -> _Pixels:
         """(h, w, 4) float32, premultiplied: ink of a part of the picture.
 
         Parameters
         ----------
         box : (left, top, right, bottom), pixels; outside the picture there is no ink.
-        uv : (n, 2) float: vertices of the line; ink nearer to another line of the page is left out; None: none is.
+        own : (n,) int: the page's vertices on the line; ink nearer to another line of the page is left out.
         """
+        left, top, right, bottom = box
+        order, x = self._by_x
+        near = order[np.searchsorted(x, left, side="right") : np.searchsorted(x, right - 1)]
+        y = self.page.graph.uv[near, 1]
+        on_line = np.zeros(len(self.radius), dtype=bool)
+        on_line[own] = True
+        others = near[(y > top) & (y < bottom - 1) & ~on_line[near]]
         ink = self._cut_box(box)
-        if uv is not None:
-            mine, others = self._vertices(box, uv)
-            if len(others):
-                ink *= self._find_own_share(box, mine, others)[:, :, None]
+        if len(others):
+            ink *= self._find_own_share(box, on_line, others)[:, :, None]
         return ink
 
     def _cut_box(self, box: Box) -> _Pixels:
@@ -105,18 +97,7 @@ class InkSource:
             ink[y0 - top : y1 - top, x0 - left : x1 - left] = part
         return ink
 
-    def _vertices(self, box: Box, uv: Array) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-        """Numbers of the page's vertices in a box: those on the line, and the others."""
-        away, at = self._vertex_at(uv)
-        own = np.zeros(len(self.radius), dtype=bool)
-        own[at[away < _OWN]] = True
-        left, top, right, bottom = box
-        order, x = self._by_x
-        near = order[np.searchsorted(x, left, side="right") : np.searchsorted(x, right - 1)]
-        y = self.page.graph.uv[near, 1]
-        return np.flatnonzero(own), near[(y > top) & (y < bottom - 1) & ~own[near]]
-
-    def _find_own_share(self, box: Box, mine: NDArray[np.intp], others: NDArray[np.intp]) -> _Pixels:
+    def _find_own_share(self, box: Box, on_line: NDArray[np.bool_], others: NDArray[np.intp]) -> _Pixels:
         """(h, w) 0–1: 1 at pixels nearer to the glyph's line than to other lines, with a soft edge around them.
 
         Where the line goes on into another letter it is cut off round, as a pen's line ends.
@@ -127,6 +108,7 @@ class InkSource:
         corner = np.array(box[:2])
         owner = np.ones(size, dtype=np.uint8)
         number = np.zeros(size, dtype=np.int32)
+        mine = np.flatnonzero(on_line)
         every = np.concatenate([others, mine])
         u, v = np.clip(np.rint(self.page.graph.uv[every] - corner).astype(np.intp), 0, np.array(size[::-1]) - 1).T
         owner[v, u], number[v, u] = 0, np.arange(len(every))
@@ -135,8 +117,6 @@ class InkSource:
         own[label[v, u]] = number[v, u] >= len(others)
         share = np.asarray(own[label])
         # the glyph's vertices from which the line goes on into another letter
-        on_line = np.zeros(len(self.radius), dtype=bool)
-        on_line[mine] = True
         first, neighbours = self._neighbours
         count = first[mine + 1] - first[mine]
         position = np.repeat(first[mine] - (np.cumsum(count) - count), count) + np.arange(count.sum())
@@ -150,6 +130,19 @@ class InkSource:
             away = np.hypot(right + left - x, down + top - y)
             np.maximum(part, np.clip((radius + _RIM - away) / (2 * _RIM), 0, 1), out=part, casting="same_kind")
         return np.asarray(np.maximum(share, cv2.blur(share, (3, 3))), dtype=np.float32)
+
+
+def own_vertices(inks: Sequence[Ink], sources: Mapping[int, InkSource]) -> list[tuple[Array, NDArray[np.intp]]]:
+    """For each ink the radius (n,) of its line in the picture, pixels, and the page's vertices on it."""
+    found = {}
+    for number in {ink.source for ink in inks}:
+        some = [k for k, ink in enumerate(inks) if ink.source == number]
+        away, at = sources[number].tree.query(np.concatenate([inks[k].graph.uv for k in some]))
+        radius, end = np.append(sources[number].radius, 1.0), 0  # 1 for a page without any
+        for k in some:
+            part = np.s_[end : (end := end + len(inks[k].graph))]
+            found[k] = radius[at[part]], at[part][away[part] < _OWN]
+    return [found[k] for k in range(len(inks))]
 
 
 @lru_cache(maxsize=8)
@@ -210,15 +203,17 @@ def movements(start: _Complex, turn: _Complex, mirror: _Complex) -> _Pixels:
     return found
 
 
-def course(ink: Ink, source: InkSource, scale: float) -> Course:
-    """The course of a glyph on a page of `scale` pixels a mm."""
+def courses(inks: Sequence[Ink], source_radius: Sequence[Array], scales: Sequence[float]) -> list[Course]:
+    """The courses of glyphs; for each the radius (n,) of its line in the picture, and pixels of the page a mm."""
     from scipy.sparse import csr_matrix
 
-    graph = ink.graph
-    at, uv = _plane(graph.xy) * scale - 0.5 * (1 + 1j), _plane(graph.uv)
-    a, b = graph.edges.T
+    sizes = np.array([len(ink.graph) for ink in inks])
+    glyph, first = np.repeat(np.arange(len(inks)), sizes), np.cumsum(sizes) - sizes
+    xy, uv, radius = (np.concatenate([getattr(ink.graph, part) for ink in inks]) for part in ("xy", "uv", "radius"))
+    scale, count = np.array(scales)[glyph], len(xy)
+    at, uv, radius = _plane(xy) * scale - 0.5 * (1 + 1j), _plane(uv), radius * scale
+    a, b = np.concatenate([ink.graph.edges + start for ink, start in zip(inks, first, strict=True)]).T
     step, cut = at[b] - at[a], uv[b] - uv[a]
-    count = len(at)
     # a matrix that gives every vertex the mean of itself and its neighbours
     vertex = np.arange(count)
     rows, other = np.concatenate([a, b, vertex]), np.concatenate([b, a, vertex])
@@ -229,17 +224,17 @@ def course(ink: Ink, source: InkSource, scale: float) -> Course:
 
     def sum_around(values: _Complex) -> _Complex:
         """(n,) sums over the edges at each vertex."""
-        at, twice = np.concatenate([a, b]), np.concatenate([values, values])
-        total = np.bincount(at, twice.real, count) + 1j * np.bincount(at, twice.imag, count)
-        return np.asarray(total + _SHARE * values.sum())
+        return (
+            _sums(np.concatenate([a, b]), np.tile(values, 2), count)
+            + _SHARE * _sums(glyph[a], values, len(inks))[glyph]
+        )
 
     step_square, narrow, length, direction = (
         sum_around(values)
         for values in (np.abs(step) ** 2 + 0j, np.conj(step) * cut, np.abs(step) * np.abs(cut) + 0j, step**2)
     )
-    radius, source_radius = graph.radius * scale, source.radius_at(graph.uv)
     columns = [part for values in (step_square, narrow, length, direction) for part in (values.real, values.imag)]
-    smooth = np.stack([*columns, source_radius, radius], axis=1)
+    smooth = np.stack([*columns, np.concatenate(source_radius), radius], axis=1)
     for _ in range(_SMOOTH):
         smooth = spread @ smooth
     square, wide, long, along_line = (smooth[:, k] + 1j * smooth[:, k + 1] for k in range(0, 8, 2))
@@ -254,27 +249,33 @@ def course(ink: Ink, source: InkSource, scale: float) -> Course:
     twice = np.where(moving, along_line / np.where(moving, square, 1), 0)
     along = np.abs(turn)
     turn *= np.clip(along, _LEAST * width, _MOST * width) / along
-    loose = graph.degree < 2
-    return _finer(Course(at, uv, radius, turn, width, twice, loose), a, b, np.abs(step))
+    return _finer(Course(at, uv, radius, turn, width, twice, size < 3), glyph, len(inks), a, b, np.abs(step))
+
+
+def _sums(at: NDArray[np.intp], values: _Complex, count: int) -> _Complex:
+    """(count,) sums of the values at each of some places."""
+    return np.asarray(np.bincount(at, values.real, count) + 1j * np.bincount(at, values.imag, count))
 
 
 def _plane(xy: NDArray[np.float64]) -> _Complex:
     return np.asarray(xy[:, 0] + 1j * xy[:, 1])
 
 
-def _finer(line: Course, a: NDArray[np.intp], b: NDArray[np.intp], length: NDArray[np.float64]) -> Course:
-    """The course with vertices between those that lie far apart."""
+def _finer(
+    line: Course, glyph: NDArray[np.intp], glyphs: int, a: NDArray[np.intp], b: NDArray[np.intp], length: Array
+) -> list[Course]:
+    """The course of each glyph, from that of all vertices (n,), with vertices where edges (m,) are long."""
     more = np.maximum(np.ceil(length / _STEP).astype(np.intp) - 1, 0)
-    if not more.any():
-        return line
     edge = np.repeat(np.arange(len(more)), more)
     part = (np.arange(len(edge)) - np.repeat(np.cumsum(more) - more, more) + 1) / (more[edge] + 1)
     a, b = a[edge], b[edge]
+    glyph = np.concatenate([glyph, glyph[a]])
+    order = np.argsort(glyph, kind="stable")
+    ends = np.cumsum(np.bincount(glyph, minlength=glyphs))[:-1]
 
-    def append_between(values: NDArray[Any]) -> NDArray[Any]:
-        return np.concatenate([values, values[a] * (1 - part) + values[b] * part])
+    def append_between(values: NDArray[Any]) -> list[NDArray[Any]]:
+        return np.split(np.concatenate([values, values[a] * (1 - part) + values[b] * part])[order], ends)
 
-    loose = np.concatenate([line.loose, np.zeros(len(edge), dtype=bool)])
     parts = (line.at, line.uv, line.radius, line.turn, line.width, line.twice)
-    at, uv, radius, turn, width, twice = (append_between(values) for values in parts)
-    return Course(at, uv, radius, turn, width, twice, loose)
+    loose = np.split(np.append(line.loose, np.zeros(len(edge), dtype=bool))[order], ends)
+    return [Course(*each) for each in zip(*map(append_between, parts), loose, strict=True)]

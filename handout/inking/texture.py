@@ -14,7 +14,7 @@ Source: seed 000, §6.5.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from hashlib import blake2b
@@ -92,7 +92,7 @@ def texture(manuscript: Manuscript, hand: ScannedHand, dpi: float, *, margin: fl
     """
     height, width = _shape(manuscript, dpi)
     rgba = np.zeros((height, width, 4), dtype=np.float32)
-    sources = tuple(source_of(page) for page in hand.pages)
+    sources = {number: source_of(page) for number, page in enumerate(hand.pages)}
     first, end = height, 0
     for line in manuscript.lines:
         words = groupby((placed for placed in line.placed if placed.ink is not None), key=lambda placed: placed.word)
@@ -121,19 +121,17 @@ def _shape(manuscript: Manuscript, dpi: float) -> tuple[int, int]:
 
 
 def _layers(
-    inks: list[Ink], sources: tuple[InkSource, ...], dpi: float, shape: tuple[int, int], margin: float
+    inks: list[Ink], sources: Mapping[int, InkSource], dpi: float, shape: tuple[int, int], margin: float
 ) -> Iterator[GlyphLayer]:
     for ink in inks:
-        if not 0 <= ink.source < len(sources):
+        if ink.source not in sources:
             raise InputError(f"A glyph is written with ink of page {ink.source} of a hand of {len(sources)} pages.")
-        source = sources[ink.source]
-        layer = (
-            _kept_layer(_ToldInk.from_ink(ink), ref(source), dpi, shape, margin)
-            if dpi <= _SCREEN
-            else warp(ink, source, dpi, shape, margin=margin)
-        )
-        if layer is not None:
-            yield layer
+    layers = (
+        (_kept_layer(_ToldInk.from_ink(ink), ref(sources[ink.source]), dpi, shape, margin) for ink in inks)
+        if dpi <= _SCREEN or not inks
+        else warp(inks, sources, dpi, shape, margin=margin)
+    )
+    yield from (layer for layer in layers if layer is not None)
 
 
 @dataclass(frozen=True)
@@ -157,7 +155,7 @@ def _kept_layer(
 ) -> GlyphLayer | None:
     source = place()  # which is large: the ink that is kept does not keep it
     assert source is not None, "who asks holds it"
-    return warp(line.ink, source, dpi, shape, margin=margin)
+    return next(warp([line.ink], {line.ink.source: source}, dpi, shape, margin=margin))
 
 
 _kept_parted = lru_cache(maxsize=_KEPT)(part_layers)  # of the same two layers

@@ -9,7 +9,7 @@ Source: seed 000, §6.5 (there quad strips, which overlap where a line bends).
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -17,9 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.inking.layers import GlyphLayer
-from handout.inking.source import Course, InkSource, course, movements
+from handout.inking.source import Course, InkSource, courses, movements, own_vertices
 from handout.inking.swatches import CLEAR
-from handout.values import Ink
+from handout.values import Indices, Ink
 
 MARGIN = 0.51  # mm of picture around the line, 12 pixels at 600 dpi: with 8 the tips of sharp turns are lost
 _COARSE = 1.3  # pixels of the picture in one of the page, above which several are averaged
@@ -32,46 +32,49 @@ _FAINT = 0.15  # opacity of ink that two specks are joined by
 _APART = 3.0  # pixels of the picture between neighbouring movements, above which they are not averaged
 _ROW = 256  # pixels that are sampled in one row
 _GHOST = 2.0  # pixels by which ink may lie further from its line on the page than in the picture
+_SIXTEEN = np.ones((4, 4), np.uint8)
 
 _Pixels = NDArray[np.float32]
 
 
 def warp(
-    ink: Ink, source: InkSource, dpi: float, shape: tuple[int, int], *, margin: float = MARGIN
-) -> GlyphLayer | None:
-    """The ink of a glyph on a page of `shape` (height, width) pixels; None where it lies outside.
+    inks: Sequence[Ink], sources: Mapping[int, InkSource], dpi: float, shape: tuple[int, int], *, margin: float = MARGIN
+) -> Iterator[GlyphLayer | None]:
+    """The ink of each glyph on a page of `shape` (height, width) pixels; None where it lies outside.
 
     Parameters
     ----------
-    ink : Ink
+    inks : sequence of Ink
         A line with a negative `number` is put together from clear pieces: all ink around it is taken with it.
-    source : Source
-        The page of the hand that the ink comes from.
+    sources : mapping of `Ink.source` to Source
+        The pages of the hand that the ink comes from.
     margin : float
         mm of the page around the line within which the picture is taken.
     """
+    radii, own = zip(*own_vertices(inks, sources), strict=True)
     # how many times finer than the page the ink is drawn, so that no pixel of the picture is skipped
-    graph, finer = ink.graph, 1
-    if len(graph):
-        ratio = float(np.median(source.radius_at(graph.uv) / np.maximum(graph.radius * dpi / 25.4, 1e-9)))
-        finer = int(np.clip(np.ceil(ratio), 1, _MOST_FINER)) if ratio > _COARSE else 1
-    line = course(ink, source, dpi / 25.4 * finer)
-    lone = ink.number < 0
-    reach = (min(margin, CLEAR) if lone else margin) * dpi / 25.4 * finer
-    window = _window(line, reach, (shape[0] * finer, shape[1] * finer), finer)
-    if window is None:
-        return None
-    # a piece from the middle of a line would go on past its end: it is cut off round there
-    near, band = _nearest(line, window, np.where(line.loose & lone, _ROUND, reach))
-    rgba = np.zeros((*near.shape, 4), dtype=np.float32)
-    if len(band.at):
-        rgba.reshape(-1, 4)[band.at] = (
-            _pieces(line, band, source) if lone else _sample_ink(line, band, source, ink.graph.uv)
-        )
-    left, top = window[0] // finer, window[1] // finer
-    xy = np.stack([line.at.real, line.at.imag], axis=1)
-    layer = GlyphLayer(rgba, near, (left, top), xy, line.radius, line.twice, line.loose)
-    return layer if finer == 1 else _downsample(layer, finer)
+    ratios = np.ones(len(inks))
+    for k, (ink, radius) in enumerate(zip(inks, radii, strict=True)):
+        if len(radius):
+            ratios[k] = np.median(radius / np.maximum(ink.graph.radius * dpi / 25.4, 1e-9))
+    finer = np.where(ratios > _COARSE, np.ceil(np.clip(ratios, 1, _MOST_FINER)), 1).astype(int).tolist()
+    lines = courses(inks, radii, [dpi / 25.4 * times for times in finer])
+    for ink, line, times, vertices in zip(inks, lines, finer, own, strict=True):
+        source, lone = sources[ink.source], ink.number < 0
+        reach = (min(margin, CLEAR) if lone else margin) * dpi / 25.4 * times
+        window = _window(line, reach, (shape[0] * times, shape[1] * times), times)
+        if window is None:
+            yield None
+            continue
+        # a piece from the middle of a line would go on past its end: it is cut off round there
+        near, band = _nearest(line, window, np.where(line.loose & lone, _ROUND, reach))
+        rgba = np.zeros((*near.shape, 4), dtype=np.float32)
+        if len(band.at):
+            at, laid = _pieces(line, band, source) if lone else _sample_ink(line, band, source, vertices)
+            rgba.reshape(-1, 4)[at] = laid
+        corner, xy = (window[0] // times, window[1] // times), np.stack([line.at.real, line.at.imag], axis=1)
+        layer = GlyphLayer(rgba, near, corner, xy, line.radius, line.twice, line.loose)
+        yield layer if times == 1 else _downsample(layer, times)
 
 
 def _downsample(layer: GlyphLayer, finer: int) -> GlyphLayer:
@@ -163,20 +166,32 @@ def nearest(at: NDArray[np.complex128], shape: tuple[int, int]) -> NDArray[np.in
     return np.asarray(number[label])
 
 
-def _sample_ink(line: Course, band: _Band, source: InkSource, uv: NDArray[np.float64]) -> _Pixels:
-    """(m, 4) ink of a band, premultiplied."""
+def _sample_ink(line: Course, band: _Band, source: InkSource, own: Indices) -> tuple[Indices, _Pixels]:
+    """(k,) flat indices of the pixels of a band that may have ink, and (k, 4) the ink, premultiplied: sharp, but never
+    darker nor lighter than the pixels around."""
+    import cv2
+
     goal = complex(np.round(line.uv[0]))
     x, y, bent = _trace_back(line, band, goal)
     left, top = int(x.min()) - _PAD, int(y.min()) - _PAD
     width, height = int(x.max()) + _PAD + 2 - left, int(y.max()) + _PAD + 2 - top
     corner = (left + int(goal.real), top + int(goal.imag))
-    patch = source.patch((*corner, corner[0] + width, corner[1] + height), uv)
-    x, y = x - left, y - top
-    rgba = _cubic(patch, *(_single(np.rint(part * _PARTS) / _PARTS) for part in (x, y)))
+    patch = source.patch((*corner, corner[0] + width, corner[1] + height), own)
+    back = np.stack([x - left, y - top])
+    place = np.rint(back * _PARTS) / _PARTS
+    # greatest and least of the sixteen pixels around, kept at the one to the upper left
+    x, y = place.astype(np.intp)
+    most, least = (limit(patch, _SIXTEEN, anchor=(1, 1)).reshape(-1, 4) for limit in (cv2.dilate, cv2.erode))
+    around = y * width + x
+    some = np.flatnonzero(most[:, 3].take(around))
+    parts = {name: getattr(band, name).take(some) for name in ("at", "x", "y", "vertex", "beyond")}
+    band, back, place, around = replace(band, **parts), back[:, some], place[:, some], around[some]
+    ink = np.clip(_remap(patch, *place), least.take(around, axis=0), most.take(around, axis=0))
+    np.minimum(ink, ink[:, 3:], out=ink)
     if bent:
-        rgba *= _unghost(line, band, (x, y), complex(*corner), patch.shape[:2])[:, None]
-        rgba[_specks(band.window(rgba[:, 3]), band.at[band.beyond <= 0]).ravel()[band.at]] = 0
-    return rgba
+        ink *= _unghost(line, band, back, complex(*corner), patch.shape[:2])[:, None]
+        ink[_specks(band.window(ink[:, 3]), band.at[band.beyond <= 0]).ravel().take(band.at)] = 0
+    return band.at, ink
 
 
 def _specks(alpha: _Pixels, on: NDArray[np.intp]) -> NDArray[np.bool_]:
@@ -190,8 +205,8 @@ def _specks(alpha: _Pixels, on: NDArray[np.intp]) -> NDArray[np.bool_]:
     return np.asarray(cv2.dilate(on_line[label], np.ones((5, 5), np.uint8)) == 0)
 
 
-def _pieces(line: Course, band: _Band, source: InkSource) -> _Pixels:
-    """(m, 4) ink of a band, premultiplied, for a line of clear pieces from anywhere in the picture."""
+def _pieces(line: Course, band: _Band, source: InkSource) -> tuple[Indices, _Pixels]:
+    """The same for a line of clear pieces from anywhere in the picture."""
     corner = complex(*source.page.texture.corner)
     x, y = _move_pixels(line.movement(band.origin, corner).take(band.vertex, axis=1), band)
     # beside the line only CLEAR mm are known to be free of other lines
@@ -200,7 +215,7 @@ def _pieces(line: Course, band: _Band, source: InkSource) -> _Pixels:
     x[away > CLEAR / source.page.pixel] = -_PAD
     rgba = _remap(source.premultiplied_ink, x, y) / np.float32(255)
     rgba *= np.where(line.loose[band.vertex], np.clip(_ROUND - band.beyond, 0, 1), 1)[:, None]
-    return np.asarray(np.minimum(rgba, rgba[:, 3:]), dtype=np.float32)
+    return band.at, np.minimum(rgba, rgba[:, 3:], out=rgba)
 
 
 def _remap(picture: NDArray[Any], x: _Pixels, y: _Pixels) -> _Pixels:
@@ -213,21 +228,6 @@ def _remap(picture: NDArray[Any], x: _Pixels, y: _Pixels) -> _Pixels:
     right, down = places.reshape(2, rows, _ROW)
     found = np.asarray(cv2.remap(picture, right, down, cv2.INTER_CUBIC, borderMode=cv2.BORDER_CONSTANT))
     return np.asarray(found.reshape(-1, 4)[: len(x)], dtype=np.float32)
-
-
-def _cubic(patch: _Pixels, x: _Pixels, y: _Pixels) -> _Pixels:
-    """(m, 4) ink interpolated between pixels, sharp, but never darker nor lighter than the pixels around."""
-    import cv2
-
-    ink = _remap(patch, x, y)
-    left, top = np.floor(x), np.floor(y)
-    if (x == left).all() and (y == top).all():
-        return ink
-    kernel, at = np.ones((4, 4), np.uint8), top.astype(np.intp) * patch.shape[1] + left.astype(np.intp)
-    # least and greatest of the sixteen pixels around, kept at the one to the upper left
-    for limit, around in ((np.maximum, cv2.erode), (np.minimum, cv2.dilate)):
-        limit(ink, around(patch, kernel, anchor=(1, 1)).reshape(-1, 4).take(at, axis=0), out=ink)
-    return np.minimum(ink, ink[:, 3:], out=ink)
 
 
 def _move_pixels(movement: Iterable[_Pixels], band: _Band) -> tuple[_Pixels, _Pixels]:
@@ -275,7 +275,7 @@ def _fit_movement(line: Course, origin: complex, goal: complex) -> _Pixels:
     return movements(np.array([target - goal + turn * away + mirror * np.conj(away)]), turn, mirror)[:, 0]
 
 
-def _unghost(line: Course, band: _Band, back: tuple[_Pixels, _Pixels], corner: complex, shape: Any) -> _Pixels:
+def _unghost(line: Course, band: _Band, back: _Pixels, corner: complex, shape: Any) -> _Pixels:
     """(m,) 0–1: 1 where ink is no further from its own line on the page than it was in the picture, falling to 0.
 
     Where two lines of a glyph are drawn further apart, each would otherwise bring a copy of the other along.

@@ -177,12 +177,11 @@ def _cut_tied(whole: NDArray[np.int32], a: Indices, b: Indices, walls: NDArray[n
     if not len(gain):
         return np.zeros(count, dtype=bool)
     source, sink = count, count + 1
-    rows = np.concatenate([a, b, np.full(len(gain), source), loss])
-    columns = np.concatenate([b, a, gain, np.full(len(loss), sink)])
-    capacity = np.concatenate([walls, walls, -whole[gain], whole[loss]])
-    graph = csr_matrix((capacity, (rows, columns)), shape=(count + 2, count + 2))
-    left = graph - maximum_flow(graph, source, sink).flow
-    left.data = np.maximum(left.data, 0)
+    # every edge with one that leads back, so that what flows has the edges of the graph in its order
+    ends = np.concatenate([a, np.full(len(gain), source), loss]), np.concatenate([b, gain, np.full(len(loss), sink)])
+    capacity = np.concatenate([walls, -whole[gain], whole[loss], walls, np.zeros(len(gain) + len(loss), np.int32)])
+    left = csr_matrix((capacity, tuple(map(np.concatenate, (ends, ends[::-1])))), shape=(count + 2, count + 2))
+    left.data -= maximum_flow(left, source, sink).flow.data
     left.eliminate_zeros()
     reached = np.zeros(count + 2, dtype=bool)
     reached[breadth_first_order(left, source, return_predecessors=False)] = True

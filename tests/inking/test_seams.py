@@ -119,7 +119,7 @@ def test_a_ligature_written_by_two_strangers(small_hand):
     )
     source = InkSource(hand.pages[0])
     page = page_of(hand)
-    layers = [warp(one, source, 300.0, hand.pages[0].shape) for one in pair]
+    layers = list(warp(pair, {0: source}, 300.0, hand.pages[0].shape))
     first, second = part_layers(*layers)
     gone = [(old.rgba[..., 3] > 0).sum() - (new.rgba[..., 3] > 0).sum()
             for old, new in zip(layers, (first, second), strict=True)]  # fmt: skip

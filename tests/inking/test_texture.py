@@ -14,7 +14,7 @@ from handout.inking.papers import lay_ink
 from handout.inking.source import source_of
 from handout.inking.texture import texture
 from handout.inking.warping import warp
-from handout.values import Ink, LineGraph, Page
+from handout.values import Ink, Line, LineGraph, Page
 
 DPI = 300.0
 
@@ -148,6 +148,7 @@ def test_nothing_but_ink_is_touched(small_hand):
     assert raster.rgba.min() >= 0 and raster.rgba.max() <= 1
     assert not raster.rgba[raster.rgba[..., 3] == 0].any()
     empty = texture(written([], Page(30, 20)), small_hand, 150.0)
+    assert not texture(replace(written([], Page(10, 10)), lines=(Line("", (), 5.0),)), small_hand, 600.0).rgba.any()
     assert empty.rgba.shape == (118, 177, 4) and not empty.rgba.any()
     away = texture(whole(small_hand, lambda xy: xy + 500), small_hand, 150.0)
     assert not away.rgba.any()
@@ -163,7 +164,7 @@ def test_a_page_that_is_made_again_is_the_same_and_only_what_changed_is_drawn(sm
 
     inks, drawn = [ink(small_hand, number) for number in range(12)], []
     monkeypatch.setattr(
-        module, "warp", lambda one, *rest, **margin: drawn.append(one.number) or warp(one, *rest, **margin)
+        module, "warp", lambda one, *rest, **margin: drawn.append(one[0].number) or warp(one, *rest, **margin)
     )
     module._kept_layer.cache_clear()
     page = page_of(small_hand)
