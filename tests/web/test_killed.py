@@ -126,3 +126,29 @@ def test_an_end_that_was_not_told_is_told_by_the_next_studio(studio):
     studio.kill()
     studio.start().close()
     assert len(news) == 1
+
+
+def test_corrections_that_were_answered_are_made_once_whenever_the_studio_is_killed(studio, small_hand_file):
+    client = studio.start()
+    given = client.post("/api/uploads?name=mine.hand", content=small_hand_file.read_bytes()).json()["id"]
+    assert client.post("/api/hands/given", json={"name": "mine", "upload": given}).status_code == 200
+    for told in range(1, 4):
+        state = client.get("/api/hands/mine/letters").json()
+        assert state["made"] == told - 1, "no more than were made"
+        letters = client.get("/api/hands/mine/letters/0").json()["letters"]
+        assert [one["verdict"] == "confirmed" for one in letters[2:6]] == [place < told - 1 for place in range(4)]
+        body = {
+            "revision": state["revision"],
+            "corrections": [{"do": "confirm", "page": 0, "at": letters[1 + told]["spot"]}],
+        }
+        assert client.post("/api/hands/mine/corrections", json={**body, "later": True}).status_code == 200
+        if told == 2:
+            time.sleep(3)  # its file is being written about now, or has been
+        studio.kill()
+        client = studio.start()
+    assert client.get("/api/hands/mine/letters").json()["made"] == 3
+    found = client.post("/api/hands/mine/check").status_code
+    assert found == 200, "its file has what was waiting, and is whole"
+    back = client.get("/api/hands/mine/letters").json()
+    undone = client.post("/api/hands/mine/history", json={"revision": back["revision"], "back": 3}).json()
+    assert (undone["made"], undone["entries"]) == (0, 3)
