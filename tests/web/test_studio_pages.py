@@ -86,6 +86,22 @@ def test_the_page_that_is_typed_on_is_written_first_and_all_when_typing_rests(pa
     page.locator(".pages").wait_for(state="hidden")
 
 
+def test_of_two_windows_on_one_text_the_first_is_told_and_what_was_typed_later_stays(page):
+    other = page.context.new_page()
+    other.goto(page.home + "#write")
+    with other.expect_response("**/api/drafts/draft"):
+        other.get_by_label("Text", exact=True).fill("Dear Ada, from the other window")
+    page.get_by_label("Text", exact=True).fill("Dear Zoë, from the first")
+    page.locator(".bad", has_text="Another window changed this since").wait_for()
+    page.reload()
+    page.wait_for_selector(".sheet svg path.stroke")
+    assert page.get_by_label("Text", exact=True).input_value() == "Dear Ada, from the other window"
+    with page.expect_response("**/api/drafts/draft"):
+        page.get_by_label("Text", exact=True).fill("Dear Ada, here is a card")
+    assert not page.locator(".bad", has_text="Another window").count(), "what was loaded anew is kept again"
+    other.close()
+
+
 def test_words_that_read_as_others_are_framed_where_they_lie(page):
     """The server's answer is given a doubtful word, since which words are is a matter of the reader's weights."""
 

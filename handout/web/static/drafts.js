@@ -5,6 +5,13 @@ import { request } from './api.js';
 
 const WAIT = 400; // ms from a change to its keeping by the studio; further changes meanwhile go with it
 const waiting = new Map();
+const ELSEWHERE = 'Another window changed this since. What you do here is not kept: load the page anew to go on from there.';
+const elsewhere = new Set(); // names of what another window of this browser changed since it was shown here
+
+const without = (/** @type {string | null} */ draft) => JSON.stringify({ ...JSON.parse(draft || '{}'), kept_at: 0 });
+addEventListener('storage', ({ key, oldValue, newValue }) => {
+  if (key?.startsWith('handout-') && newValue?.includes('kept_at') && without(oldValue) !== without(newValue)) elsewhere.add(key.slice('handout-'.length));
+});
 
 function here(/** @type {string} */ name) {
   try {
@@ -16,6 +23,7 @@ function here(/** @type {string} */ name) {
 
 /** @param {string} name @returns {Promise<any>} */
 export async function kept(name) {
+  elsewhere.delete(name);
   const own = here(name);
   const { draft } = await request('GET', `/api/drafts/${name}`).catch(() => ({}));
   return (draft?.kept_at || 0) > (own.kept_at || 0) ? draft : own;
@@ -23,6 +31,7 @@ export async function kept(name) {
 
 /** Keep values under a name; `place` shows why the studio could not.  @param {string} name @param {object} values @param {HTMLElement} place */
 export function keep(name, values, place) {
+  if (elsewhere.has(name)) { place.textContent = ELSEWHERE; return; }
   const draft = { ...values, kept_at: Date.now() };
   try {
     localStorage.setItem(`handout-${name}`, JSON.stringify(draft));
