@@ -185,7 +185,7 @@ def _search(
     net = subnetwork(net, rest, [*(v for v in turns if v not in rings), *seams, *bar_ends])
     ends = Ends(*(_ends_at(net, vertices) for vertices in (line.entries, line.exits, line.bar_entries)))
     foreign = _foreign_bars(net, line)
-    cheap = _with_crossbars(net, line, letter, ends, foreign, weights)
+    cheap = _with_crossbars(net, line, letter, ends, foreign, weights, laid)
     least = min(traversal.cost for traversal in cheap)
     cheap = [traversal for traversal in cheap if traversal.cost <= least + _MARGIN]
     if laid is not None and not foreign and not line.own_bars:
@@ -229,7 +229,13 @@ def _nearest(
 
 
 def _with_crossbars(
-    net: BranchNetwork, line: LetterLine, letter: str, ends: Ends, foreign: _Chains, weights: CostWeights
+    net: BranchNetwork,
+    line: LetterLine,
+    letter: str,
+    ends: Ends,
+    foreign: _Chains,
+    weights: CostWeights,
+    laid: _Laid | None,
 ) -> list[Traversal]:
     """Traversals with the crossbars found beforehand, which come last; where there are none, other traversals."""
     bar_chains = [chain for bar in line.own_bars for chain in crossbar_chains(net, bar, line.entries)]
@@ -238,9 +244,9 @@ def _with_crossbars(
     if not bar_chains and not line.own_bars and letter in CROSSED | CROSSED_ASLANT:
         bar = find_crossbar(net, _bar_starts(net, ends, foreign), line.x_height, aslant=letter in CROSSED_ASLANT)
         if bar:
-            barred += _beside_bars(net, line.x_height, [*foreign, bar], search, weights)
+            barred += _beside_bars(net, line.x_height, [*foreign, bar], search, weights, laid)
     if not barred:
-        barred += _beside_bars(net, line.x_height, [*foreign, *bar_chains], search, weights)
+        barred += _beside_bars(net, line.x_height, [*foreign, *bar_chains], search, weights, laid)
     return barred or beam_search(net, line.x_height, ends, weights=weights, most=_TRAVERSALS)
 
 
@@ -252,7 +258,7 @@ def _bar_starts(net: BranchNetwork, ends: Ends, foreign: _Chains) -> list[int]:
 
 
 def _beside_bars(
-    net: BranchNetwork, x_height: float, bars: _Chains, ends: Ends, weights: CostWeights
+    net: BranchNetwork, x_height: float, bars: _Chains, ends: Ends, weights: CostWeights, laid: _Laid | None
 ) -> list[Traversal]:
     """Traversals of a letter beside its crossbars, which come last; none if there is nothing else."""
     if not bars:
@@ -267,6 +273,10 @@ def _beside_bars(
     )
     rest = subnetwork(net, beside)
     traversals = beam_search(rest, x_height, Ends(entries, exits), weights=weights, most=_TRAVERSALS)
+    if laid is not None:
+        there = {t.strokes for t in traversals}
+        guided = _search_guided(rest, x_height, Ends(entries, exits), laid, weights)
+        traversals += [t for t in guided if t.strokes not in there]
     return [
         Traversal((*(tuple(2 * beside[e >> 1] + (e & 1) for e in s) for s in t.strokes), *bars), t.cost, tuple(bars))
         for t in traversals
