@@ -9,7 +9,7 @@ Source: own method; the iterated nearest places are those of Besl and McKay 1992
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 
@@ -98,27 +98,26 @@ class FormWay:
         return bends, _STAY * np.eye(n)
 
 
-@lru_cache(maxsize=1)
-def _forms() -> Mapping[str, Sequence[tuple[int, Glyph]]]:
-    """The forms of every character of the built-in hands, with the number of their hand, hand after hand."""
-    every: dict[str, list[tuple[int, Glyph]]] = {}
+@lru_cache(maxsize=2000)
+def _forms_of(letter: str) -> Sequence[tuple[int, Glyph]]:
+    """The forms of a character of the built-in hands, with the number of their hand, hand after hand."""
+    found = list[tuple[int, Glyph]]()
     for number, name in enumerate(HANDS):
         hand: Hand = load(name)
-        for glyphs in forms(hand):
-            best = sorted(glyphs, key=lambda glyph: -glyph.favour)[:_FORMS]
-            every.setdefault(glyphs[0].letter, []).extend((number, glyph) for glyph in best)
-    return every
+        best = sorted(forms(hand.glyphs.get(letter, ())), key=lambda glyph: -glyph.favour)[:_FORMS]
+        found += [(number, glyph) for glyph in best]
+    return found
 
 
 def count(letter: str) -> int:
     """How many forms there are of a letter."""
-    return len(_forms().get(letter, ()))
+    return len(_forms_of(letter))
 
 
 @lru_cache(maxsize=2000)
 def way(letter: str, number: int) -> FormWay:
     """A form of a letter by its number."""
-    hand, glyph = _forms()[letter][number]
+    hand, glyph = _forms_of(letter)[number]
     taller = _TALLER.get(letter, 1.0)
     over = [np.maximum(stroke[:, 1] - 1, 0.0) for stroke in glyph.strokes]
     raised = [

@@ -25,7 +25,7 @@ from handout.branching import number_pieces
 from handout.hand import outlier_score
 from handout.hand.author_reader import author_reader, picture_of_vertices, reads_alone, surprises
 from handout.hand.glyph_features import glyph_features
-from handout.hand.ligatures import LigatureFinder
+from handout.hand.ligatures import find_again
 from handout.hand.scanned import NOBODY, ScannedGlyph, ScannedHand, ScannedPage
 from handout.networks import one_thread
 from handout.peaks import peaks
@@ -124,15 +124,8 @@ class _Mender:
 
     def move_ink(self, moves: Sequence[_Move]) -> ScannedHand:
         """The hand after some moves, with the ligatures of all that they touch."""
-        glyphs, touched = self._glyphs_after(moves), {n for move in moves for n in (move.giver, move.taker)}
-        for move in moves:
-            self._owners[glyphs[move.giver].page][move.vertices] = move.taker
-        pages = self._hand.pages
-        finders = [LigatureFinder(page, owner) for page, owner in zip(pages, self._owners, strict=True)]
-        for n, glyph in enumerate(glyphs):
-            if glyph.after != NOBODY and touched & {n, glyph.after}:
-                glyphs[n] = replace(glyph, ligatures=finders[glyph.page].ligatures_between(n, glyph, glyph.after))
-        return replace(self._hand, glyphs=tuple(glyphs))
+        touched = {n for move in moves for n in (move.giver, move.taker)} - {NOBODY}
+        return replace(self._hand, glyphs=find_again(self._glyphs_after(moves), self._hand.pages, touched))
 
     def _glyphs_after(self, moves: Sequence[_Move]) -> list[ScannedGlyph]:
         """All glyphs after some moves; their ligatures are as they were."""

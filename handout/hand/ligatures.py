@@ -15,7 +15,7 @@ Source: seed 000, §5.1.3, §6.4.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import replace
 from itertools import pairwise
 
@@ -32,15 +32,20 @@ _NEAR = 0.35  # x-heights of path from a cut to the stroke that rises: cuts lie 
 _HIGH = 0.5  # x-heights: a way that begins higher goes down to nothing, a lower one comes down from nothing
 
 
-def find_again(glyphs: Sequence[ScannedGlyph], pages: Sequence[ScannedPage]) -> tuple[ScannedGlyph, ...]:
-    """Glyphs with their ligatures as they are found now, whatever they had."""
+def find_again(
+    glyphs: Sequence[ScannedGlyph], pages: Sequence[ScannedPage], changed: Collection[int] | None = None
+) -> tuple[ScannedGlyph, ...]:
+    """Glyphs with their ligatures to the next as they are found now, whatever they had.
+
+    changed : numbers of the glyphs whose ligatures, on both sides, are found; None: all.
+    """
     owners = [np.full(len(page.graph), NOBODY) for page in pages]
     for number, glyph in enumerate(glyphs):
         owners[glyph.page][glyph.vertices] = number
     finders = [LigatureFinder(page, owner) for page, owner in zip(pages, owners, strict=True)]
     return tuple(
         glyph
-        if glyph.after == NOBODY
+        if glyph.after == NOBODY or not (changed is None or number in changed or glyph.after in changed)
         else replace(glyph, ligatures=finders[glyph.page].ligatures_between(number, glyph, glyph.after))
         for number, glyph in enumerate(glyphs)
     )

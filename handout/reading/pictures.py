@@ -11,8 +11,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
+from hashlib import blake2b
 from pathlib import Path
 
 import numpy as np
@@ -31,6 +32,7 @@ STEP = 2  # columns of word space a step of the network
 # told apart by nothing but size, if at all; the first of each stands for them
 ALIKE = ("cC", "kK", "oO0", "pP", "sS", "uU", "vV", "wW", "xX", "zZ", "lI1|", "-–", "'`")
 _TOGETHER = 32  # pictures that go through the network at once, by the memory that they take
+_SEEN = 2000  # pictures of which features are kept: twice the letters of a full page, 40 MB
 _CERTAIN = 0.5  # a text with that probability is the likeliest: no search is needed
 _BEAM = 6  # prefixes kept where other texts are looked for: more change no verdict in 500 words
 
@@ -192,6 +194,7 @@ class Reader:
     columns : the same of those over columns: the first and the last over one alone, the others over three.
     dilations : of those between.
     letters, temperature : as `PictureReading` has them.
+    seen : features of the pictures that were read last, by digests of these: a letter is read again when it is vetted.
     """
 
     stem: tuple[tuple[Floats, Floats], ...]
@@ -199,6 +202,7 @@ class Reader:
     dilations: tuple[int, ...]
     letters: str
     temperature: float
+    seen: dict[bytes, Floats] = field(default_factory=dict, repr=False)
 
     def read(self, picture: Array) -> PictureReading:
         """What stands in a density picture (HEIGHT, w) in word space, `MARGIN` columns of paper added at either end.
@@ -234,14 +238,19 @@ class Reader:
     @one_thread
     def features_of(self, pictures: Sequence[Array]) -> list[Floats]:
         """`features` of some pictures: those of one width go through the network together."""
-        found: dict[int, Floats] = {}
         ready = [normalised(picture) for picture in pictures]
-        for width in {picture.shape[1] for picture in ready}:
-            alike = [k for k, picture in enumerate(ready) if picture.shape[1] == width]
+        keys = [blake2b(picture.tobytes(), digest_size=16).digest() for picture in ready]
+        found = {key: self.seen[key] for key in keys if key in self.seen}
+        new = {key: picture for key, picture in zip(keys, ready, strict=True) if key not in found}
+        for width in {picture.shape[1] for picture in new.values()}:
+            alike = [key for key, picture in new.items() if picture.shape[1] == width]
             for begin in range(0, len(alike), _TOGETHER):
                 some = alike[begin : begin + _TOGETHER]
-                found |= zip(some, self._features(np.stack([ready[k] for k in some])), strict=True)
-        return [found[k] for k in range(len(ready))]
+                found |= zip(some, self._features(np.stack([new[key] for key in some])), strict=True)
+        if len(self.seen) > _SEEN:
+            self.seen.clear()
+        self.seen.update(found)
+        return [found[key] for key in keys]
 
     def _features(self, pictures: Floats) -> Floats:
         """(n, steps, channels) of pictures (n, HEIGHT, w).

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from handout.hand.ligatures import LigatureFinder
+from handout.hand.ligatures import find_again
 from handout.hand.places import graphemes, places, word_numbers
 from handout.hand.scanned import NOBODY, KeptScan, ScannedGlyph, ScannedPage, Texture
 from handout.scanning.scan import Scan
@@ -139,7 +139,6 @@ def extract_glyphs(
     units = graphemes(page.transcript)
     words = list(zip(word_numbers(units), places(units), strict=True))
     vertices = by_letter(Assignment(letters, _NO_JOINTS), len(alignment.letters))
-    owner = np.full(len(page.graph), NOBODY, dtype=np.intp)
     glyphs: list[ScannedGlyph] = []
     missing: list[Missing] = []
     in_order = ((line, letter) for line in alignment.lines for letter in line.letters)
@@ -151,19 +150,17 @@ def extract_glyphs(
             continue
         word, place = words[letter.at]
         confidence = 0.0 if line.number in alignment.poor else letter.confidence
-        owner[of_letter] = len(glyphs)
         sorted_ = np.sort(of_letter)
         glyphs.append(
             ScannedGlyph(letter.text, place, 0, line.number, word, letter.at, sorted_, confidence=float(confidence))
         )
     # a glyph has a neighbour, and ligatures towards it, where no letter between is missing
-    joining = LigatureFinder(page, owner)
     joined = list(glyphs)
     for i, (a, b) in enumerate(pairwise(glyphs)):
         if a.word == b.word and a.line == b.line and b.at == a.at + 1:
-            joined[i] = replace(joined[i], after=i + 1, ligatures=joining.ligatures_between(i, a, i + 1))
+            joined[i] = replace(joined[i], after=i + 1)
             joined[i + 1] = replace(b, before=i)
-    return tuple(joined), tuple(missing)
+    return find_again(joined, [page]), tuple(missing)
 
 
 def doubt_cropped_glyphs(

@@ -19,7 +19,7 @@ import numpy as np
 from handout.alphabet import SPACE
 from handout.hand import vetting
 from handout.hand.author_reader import Reader
-from handout.hand.ligatures import LigatureFinder
+from handout.hand.ligatures import find_again
 from handout.hand.places import graphemes, places, word_numbers
 from handout.hand.scanned import NOBODY, ScannedGlyph, ScannedHand, ScannedPage
 from handout.networks import Floats
@@ -471,7 +471,6 @@ def _match_vertices(uv: Array, again: Array) -> Indices:
 
 def _with_letters(hand: ScannedHand, number: int, drafts: Drafts) -> ScannedHand:
     """The hand with other letters on one page; ligatures that may have changed are found anew."""
-    page = hand.pages[number]
     own = [glyph for glyph in hand.glyphs if glyph.page == number]
     old = {glyph.at: glyph for glyph in own if glyph.at >= 0}
     if all(drafts.get(at) is old.get(at) for at in {*drafts, *old}):
@@ -479,13 +478,9 @@ def _with_letters(hand: ScannedHand, number: int, drafts: Drafts) -> ScannedHand
     glyphs, ats = _place_glyphs(hand, number, drafts)
     inked = {at for at in {*old, *drafts} if not _are_alike(old.get(at), drafts.get(at))}
     place = {at: i for i, at in enumerate(ats)}
-    owner = np.full(len(page.graph), NOBODY)
-    for i, glyph in enumerate(glyphs):
-        owner[glyph.vertices] = i
-    joining = LigatureFinder(page, owner)
     for at in (at for at in drafts if {at, at + 1} & inked):
-        _join(glyphs, place[at], place.get(at + 1), joining)
-    return with_page(hand, number, glyphs)
+        _link(glyphs, place[at], place.get(at + 1))
+    return with_page(hand, number, find_again(glyphs, hand.pages, {place[at] for at in inked & place.keys()}))
 
 
 def _place_glyphs(hand: ScannedHand, number: int, drafts: Drafts) -> tuple[list[ScannedGlyph], list[int]]:
@@ -499,16 +494,17 @@ def _place_glyphs(hand: ScannedHand, number: int, drafts: Drafts) -> tuple[list[
     # of neighbours that are gone, nobody
     here = {NOBODY: NOBODY} | {i: place.get(key, NOBODY) for (i, _), key in zip(own, keys, strict=True)}
     glyphs = (drafts[at] if at >= 0 else hand.glyphs[-1 - at] for at in ats)
-    return [_renumber_neighbours(glyph, here) for glyph in glyphs], ats
+    return [_renumber_neighbours(glyph, here, number) for glyph in glyphs], ats
 
 
-def _renumber_neighbours(glyph: ScannedGlyph, number: Mapping[int, int]) -> ScannedGlyph:
-    """A glyph whose neighbours have other numbers; where the next is gone nothing leads there."""
+def _renumber_neighbours(glyph: ScannedGlyph, number: Mapping[int, int], page: int) -> ScannedGlyph:
+    """A glyph of a page whose neighbours have other numbers; where the next is gone nothing leads there."""
+    glyph = glyph if glyph.page == page else replace(glyph, page=page)
     moved = glyph.with_neighbours({n: number.get(n, NOBODY) for n in (glyph.before, glyph.after)})
     return moved if moved.after != NOBODY or not moved.ligatures else replace(moved, ligatures=())
 
 
-def _join(glyphs: list[ScannedGlyph], i: int, second: int | None, joining: LigatureFinder) -> None:
+def _link(glyphs: list[ScannedGlyph], i: int, second: int | None) -> None:
     """Link a letter to the next one of the text, if both are of one word and line."""
     one = glyphs[i]
     other = None if second is None else glyphs[second]
@@ -518,5 +514,5 @@ def _join(glyphs: list[ScannedGlyph], i: int, second: int | None, joining: Ligat
         glyphs[one.after] = replace(glyphs[one.after], before=NOBODY)
     if other.before not in (NOBODY, i):
         glyphs[other.before] = replace(glyphs[other.before], after=NOBODY, ligatures=())
-    glyphs[i] = replace(one, after=second, ligatures=joining.ligatures_between(i, one, second))
+    glyphs[i] = replace(one, after=second)
     glyphs[second] = replace(glyphs[second], before=i)

@@ -132,11 +132,11 @@ def _levels(of: Indices, low: Array, high: Array, height: Array, reach: float, c
     right = -left
     step = _HEIGHTS[1] - _HEIGHTS[0]
     lowest = np.ceil((height - reach - _HEIGHTS[0]) / step).astype(np.intp) - 1
-    at = np.clip(lowest + np.arange(int(2 * reach / step) + 3)[:, None], 0, len(_HEIGHTS) - 1)
-    level, vertex = np.nonzero(np.abs(height - _HEIGHTS[at]) < reach)
-    cell = of[vertex] * len(_HEIGHTS) + at[level, vertex]
-    np.minimum.at(left, cell, low[vertex])
-    np.maximum.at(right, cell, high[vertex])
+    at = np.clip(lowest + np.arange(int(2 * reach / step) + 3 if reach else 0)[:, None], 0, len(_HEIGHTS) - 1)
+    near = np.abs(height - _HEIGHTS[at]) < reach
+    cell = (of * len(_HEIGHTS) + at)[near]
+    np.minimum.at(left, cell, np.broadcast_to(low, at.shape)[near])
+    np.maximum.at(right, cell, np.broadcast_to(high, at.shape)[near])
     return left.reshape(count, -1), right.reshape(count, -1)
 
 
@@ -161,8 +161,10 @@ _USUAL = [[0.05, 0.3, 0.03], [0.05, 0.08, 0.05], [0.0, 0.15, -0.05], [0.2, 0.6, 
 _WORD_SHARES = (12.0, 84.0)  # per cent: word gaps are drawn from between; narrower look closed, wider are exceptions
 _LIFTED = 75.0  # per cent: letters that are not joined stand no further apart than so many of the author's
 _SHARE = 2.0  # per cent: clearances outside these percentiles are slips of the pen or of the reading
+_NEAREST = 10.0  # per cent: letters that are not joined stand no nearer than so many of the author's
+_CLEAR = 0.06  # x-heights between two such letters where a hand shows few
 _NARROW = 10.0  # per cent: the same percentile of word gaps over all heights, higher because cut strokes reach in
-VERSION = 2  # of what is kept of a hand; tests/hand/test_house_scanned.py says when to raise it
+VERSION = 3  # of what is kept of a hand; tests/hand/test_house_scanned.py says when to raise it
 _OVER = 2  # letters on each side of a gap between words whose bars may reach across it
 
 
@@ -199,7 +201,7 @@ class SpacingModel:
 
     slant : dx/dy of the letters, upwards.
     lean : (n,) float: how much further right each centre stands than its foot, because of the slant.
-    least : least distance of the ink of two bodies in a word.
+    least : (2,) least distance of the ink of two bodies in a word: that are joined, or a mark, and that are not.
     """
 
     forms: Forms
@@ -208,7 +210,7 @@ class SpacingModel:
     slant: float
     lean: Array
     gaps: Gaps
-    least: float
+    least: Array
 
     def between(self, numbers: Indices, new_word: NDArray[np.bool_], chances: Chances, variation: float) -> Array:
         """(n − 1,): see `gaps`."""
@@ -222,8 +224,7 @@ class SpacingModel:
         estimates[:, parted] = self._word_gaps(chances.gap[1:][parted, 2], variation)
         wanted = _sampled_gaps(estimates, usual, np.where(parted, 0.0, spread), chances.gap[1:], variation)
         low, high = self.gaps.low[kind], self.gaps.high[kind]
-        pairs = zip(first.tolist(), second.tolist(), strict=True)
-        lifted = (kind == LETTERS) & np.array([not self.joints.joints_between(i, j) for i, j in pairs], dtype=bool)
+        lifted = self.lifted(first, second, kind)
         high = np.where(lifted, np.maximum(self.gaps.lifted, low), high)
         held = np.where(sourced, wanted, np.clip(wanted, low, high))
         away = held - self.sides.clearance(first, second, kind) + self.lean[second] - self.lean[first]
@@ -231,10 +232,16 @@ class SpacingModel:
             i, j = int(first[k]), int(second[k])
             reach = away[k] + np.array([low[k] - held[k], high[k] - held[k]])
             away[k] = np.clip(self._with_ligatures(i, j, float(away[k])), *reach)
-            away[k] += self._extra_room(i, j, float(away[k]))
+            away[k] += self._extra_room(i, j, float(away[k]), float(self.least[int(lifted[k])]))
         for k in np.flatnonzero(parted):
             away[k] = self._word_distance(numbers, new_word, away, int(k))
         return np.asarray(away)
+
+    def lifted(self, first: Indices, second: Indices, kind: Indices) -> NDArray[np.bool_]:
+        """(n,) whether pairs are letters of a word that no ligature joins."""
+        pairs = zip(first.tolist(), second.tolist(), strict=True)
+        alone = np.array([not self.joints.joints_between(i, j) for i, j in pairs], dtype=bool)
+        return np.asarray((kind == LETTERS) & alone)
 
     def sourced(self, first: Indices, second: Indices, kind: Indices) -> NDArray[np.bool_]:
         """(n,) whether pairs were neighbours in the source; those keep their clearance, however unusual."""
@@ -283,13 +290,13 @@ class SpacingModel:
         met = float(np.dot(ours, [distance for distance, _ in meetings]))
         return float((met + theirs * away) / (sum(ours) + theirs))
 
-    def _extra_room(self, first: int, second: int, away: float) -> float:
+    def _extra_room(self, first: int, second: int, away: float, least: float) -> float:
         """How much further two letters must be moved apart, since ink may also meet at an angle."""
         rise = self.forms.centre[second, 1] - self.forms.centre[first, 1]
         more = 0.0
         for _ in range(_MOST_PUSHES):
             shift = np.array([away + more, rise])
-            more += max(self.least - apart(self.forms.bodies[first], self.forms.bodies[second], shift), 0.0)
+            more += max(least - apart(self.forms.bodies[first], self.forms.bodies[second], shift), 0.0)
         return more
 
 
@@ -317,18 +324,24 @@ def spacing_model(forms: Forms, neighbours: Neighbours) -> SpacingModel:
     slant = measures.mean_slant(forms.hand)
     beyond = sides(forms, slant)
     lean = slant * forms.centre[:, 1]
-    least = float(learnt(forms.hand, "least distance", VERSION, 1, lambda: [_least(forms, neighbours)])[0])
+    least = learnt(forms.hand, "least distances", VERSION, 2, lambda: _least(forms, neighbours))
     joints = Joints(forms)
     return SpacingModel(
         forms, joints, beyond, slant, lean, _gaps(forms, beyond, neighbours, forms.centre[:, 0] - lean), least
     )
 
 
-def _least(forms: Forms, neighbours: Neighbours) -> float:
-    """The least distance of two bodies in a word."""
-    pairs = neighbours.pairs(parted=False).tolist()
-    distances = [apart(forms.bodies[i], forms.bodies[j], forms.centre[j] - forms.centre[i]) for i, j in pairs]
-    return max(float(np.percentile(distances, _SHARE)), 0.0) if distances else 0.0
+def _least(forms: Forms, neighbours: Neighbours) -> Array:
+    """(2,): the least distances of two bodies in a word, of all and of letters that are not joined."""
+    pairs = neighbours.pairs(parted=False)
+    distances = np.array(
+        [apart(forms.bodies[i], forms.bodies[j], forms.centre[j] - forms.centre[i]) for i, j in pairs.tolist()]
+    )
+    alone = np.array([i not in forms.paths for i in pairs[:, 0].tolist()], dtype=bool) & ~forms.marks[pairs].any(axis=1)
+    least = max(float(np.percentile(distances, _SHARE)), 0.0) if len(pairs) else 0.0
+    if alone.sum() < _ENOUGH:
+        return np.array([least, max(least, _CLEAR * measures.mean_x_height(forms.hand))])
+    return np.array([least, max(least, float(np.percentile(distances[alone], _NEAREST)))])
 
 
 def kinds(forms: Forms, first: Indices, second: Indices, parted: NDArray[np.bool_]) -> Indices:
@@ -586,6 +599,7 @@ def resolve_collisions(
     first, second = numbers[:-1], numbers[1:]
     kind = kinds(spacing.forms, first, second, new_word[1:])
     sourced = spacing.sourced(first, second, kind)
+    least = spacing.least[spacing.lifted(first, second, kind).astype(np.intp)]
     glyphs = [
         _BentGlyph(spacing, int(number), bend, float(height))
         for number, bend, height in zip(numbers, bends, y, strict=True)
@@ -595,7 +609,7 @@ def resolve_collisions(
         away[k] -= nearness(glyphs[k].side(of), glyphs[k + 1].side(of))
         for _ in range(_COLLISION_PUSHES if of != WORDS and not sourced[k] else 0):
             shift = np.array([away[k], y[k + 1] - y[k]])
-            short = spacing.least - glyphs[k].apart(glyphs[k + 1], shift)
+            short = least[k] - glyphs[k].apart(glyphs[k + 1], shift)
             if short <= 0:
                 break
             away[k] += short

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -40,15 +40,14 @@ def specimen(hand: Hand, text: str, rng: np.random.Generator, *, width: float, x
     return Manuscript(tuple(lines), Page(width, height, "specimen"), x_height, {"hand": hand.name})
 
 
-def forms(hand: Hand) -> Iterator[tuple[Glyph, ...]]:
-    """For every character one glyph of each of its drawn forms: the joined one, where there are several."""
-    for glyphs in hand.glyphs.values():
-        chosen: dict[int, Glyph] = {}
-        for glyph in glyphs:
-            have = chosen.get(glyph.form)
-            if have is None or (have.exit == "lifted" and glyph.exit != "lifted"):
-                chosen[glyph.form] = glyph
-        yield tuple(chosen.values())
+def forms(glyphs: Sequence[Glyph]) -> tuple[Glyph, ...]:
+    """One glyph of each drawn form of a character: the joined one, where there are several."""
+    chosen: dict[int, Glyph] = {}
+    for glyph in glyphs:
+        have = chosen.get(glyph.form)
+        if have is None or (have.exit == "lifted" and glyph.exit != "lifted"):
+            chosen[glyph.form] = glyph
+    return tuple(chosen.values())
 
 
 def single_letter(letter: str, hand: Hand, rng: np.random.Generator, x_height: float) -> Manuscript:
@@ -70,7 +69,7 @@ def _rows(hand: Hand, room: float) -> Iterator[list[tuple[float, Glyph]]]:
     """(x, glyph) in rows of `room` x-heights; the forms of a letter stay together where they fit."""
     row: list[tuple[float, Glyph]] = []
     x = 0.0
-    for glyphs in forms(hand):
+    for glyphs in map(forms, hand.glyphs.values()):
         xs = [np.concatenate([stroke[:, 0] for stroke in glyph.strokes]) for glyph in glyphs]
         extents = [(float(x.min()), float(x.max())) for x in xs]
         together = sum(right - left + _BETWEEN_FORMS for left, right in extents)

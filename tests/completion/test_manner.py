@@ -75,8 +75,9 @@ def test_the_same_seed_makes_the_same_letters_and_none_of_the_hand_is_touched(sm
 @pytest.mark.slow
 def test_a_form_that_is_drawn_otherwise_since_is_bent_anew(small_hand, monkeypatch):
     meant = manner.WritingManner(small_hand)
-    forms = ways._forms()
-    monkeypatch.setattr(ways, "_forms", lambda: {**forms, "n": forms["m"], "e": forms["e"][:1]})
+    forms = ways._forms_of
+    otherwise = {"n": forms("m"), "e": forms("e")[:1]}
+    monkeypatch.setattr(ways, "_forms_of", lambda letter: otherwise.get(letter) or forms(letter))
     ways.way.cache_clear()
     again = manner.WritingManner(small_hand)
     best = again.likeliest("Q")
@@ -135,5 +136,5 @@ def test_a_ligature_goes_on_as_the_stroke_that_it_leaves():
 
 def test_a_t_rises_further_over_small_letters_than_it_is_drawn():
     for number in range(ways.count("t")):
-        drawn = max(stroke[:, 1].max() for stroke in ways._forms()["t"][number][1].strokes)
+        drawn = max(stroke[:, 1].max() for stroke in ways._forms_of("t")[number][1].strokes)
         assert ways.way("t", number).xy[:, 1].max() - 1 == pytest.approx(1.8 * (drawn - 1), abs=0.05)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from handout.hand import file, library, measures
-from handout.hand.letter_classes import FULL_ASCENDERS
+from handout.hand.letter_classes import FULL_ASCENDERS, X_HEIGHT
 
 
 def test_lengths_are_of_letters(small_hand):
@@ -52,3 +52,21 @@ def test_letters_that_hold_ink_of_the_next_line_are_told(small_hand):
             small_hand, glyphs=tuple(replace(g, vertices=both) if i == taker else g for i, g in enumerate(glyphs))
         )
         assert np.flatnonzero(measures.reaching_lines(lying)).tolist() == [taker]
+
+
+def test_letters_that_hold_a_bar_of_their_neighbour_are_told(small_hand):
+    """An r with the bar of the t before it; and hardly a letter as it was written."""
+    assert measures.outsized_letters(small_hand).mean() < 0.02
+    glyphs, names = small_hand.glyphs, [glyph.letter for glyph in small_hand.glyphs]
+    tall = next(i for i, name in enumerate(names) if name in FULL_ASCENDERS)
+    page, line = glyphs[tall].page, glyphs[tall].line
+    taker = next(
+        i
+        for i, g in enumerate(glyphs)
+        if g.letter in X_HEIGHT and names.count(g.letter) > 4 and (g.page, g.line) == (page, line)
+    )
+    both = np.union1d(glyphs[tall].vertices, glyphs[taker].vertices)
+    given = replace(
+        small_hand, glyphs=tuple(replace(g, vertices=both) if i == taker else g for i, g in enumerate(glyphs))
+    )
+    assert measures.outsized_letters(given)[taker]

@@ -104,15 +104,32 @@ def test_a_word_reads_alike_in_any_company(words):
     """To the last bit, on processors of any kind: each is a product of its own."""
     reader, seen = pictures.load(), [word.picture for word in words]
     alone = [reader.features(picture).tobytes() for picture in seen]
+    reader.seen.clear()
     assert [features.tobytes() for features in reader.features_of(seen)] == alone
     for company in (2, 3, 7, 31):  # of one width: they go through the network together
-        assert {features.tobytes() for features in reader.features_of(seen[:1] * company)} == {alone[0]}
+        together = reader._features(np.stack([normalised(seen[0])] * company))
+        assert {features.tobytes() for features in together} == {alone[0]}
     readings = reader.read_all(seen)
     together = pictures.log_probabilities(readings, [word.text for word in words]).tolist()
     assert together == [reader.read(word.picture).log_probability(word.text) for word in words]
 
 
+def test_a_picture_that_was_read_is_not_put_through_the_network_again(monkeypatch, words):
+    reader, seen, count, features = pictures.load(), [word.picture for word in words], [], pictures.Reader._features
+    monkeypatch.setattr(pictures.Reader, "_features", lambda *given: (count.append(len(given[1])), features(*given))[1])
+    monkeypatch.setattr(pictures, "_SEEN", 2 * len(seen))
+    reader.seen.clear()
+    first = reader.features_of([*seen, seen[0]])
+    again = reader.with_last_layer(np.vstack(reader.columns[-1])).features_of(seen)
+    assert sum(count) == len({normalised(picture).tobytes() for picture in seen})
+    assert all(map(np.array_equal, first, again))
+    monkeypatch.setattr(pictures, "_SEEN", 1)
+    reader.features_of(seen[:2])
+    assert len(reader.seen) == 2, "others make room"
+
+
 def test_networks_multiply_in_one_thread(monkeypatch, words):
+    pictures.load().seen.clear()
     seen, features = [], pictures.Reader._features
     monkeypatch.setattr(pictures.Reader, "_features", lambda *given: (seen.append(blas_threads()), features(*given))[1])
     with threadpool_limits(2, user_api="blas"):

@@ -5,7 +5,6 @@ With STUDIO_PICTURES=FOLDER each state is kept there as STATE-SIZE-THEME.png; do
 
 import re
 import shutil
-from contextlib import suppress
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -74,7 +73,7 @@ def states(page, home):
     page.get_by_label("Connected at").select_option("sim:?realtime=1")
     press(page, "Draw", exact=True)
     page.locator(".bed .nib:not([hidden])").wait_for()
-    page.wait_for_timeout(1500 if SHOTS else 0)
+    page.wait_for_timeout(9000 if SHOTS else 0)
     press(page, "Pause")
     page.get_by_text("The plot pauses, its pen lifted.").wait_for()
     yield "jobs"
@@ -133,6 +132,10 @@ def states(page, home):
     at("calibration")
     yield "calibration-empty"
     at("calibration/sim/white")
+    page.get_by_text(" of 6: ").wait_for()
+    if (afresh := page.get_by_role("button", name="Start afresh")).count():  # begun in another size or theme
+        afresh.click()
+        page.get_by_text("1 of 6: ").wait_for()
     press(page, "Let the simulated printer")
     page.get_by_role("button", name="Let the simulated scanner").wait_for()
     yield "calibration-step"
@@ -156,8 +159,7 @@ def test_axe_finds_nothing_in_any_state(studio, size, theme):
     wrong = {}
     for name in states(page, studio.home):
         if SHOTS:
-            with suppress(Exception):  # it waits no longer
-                page.wait_for_load_state("networkidle", timeout=4000)
+            page.wait_for_timeout(3000)  # what is written and drawn while one looks is there
             page.screenshot(path=str(Path(SHOTS) / f"{name}-{size}-{theme}.png"), full_page=touch)
         if found := axe(page):
             wrong[name] = found

@@ -21,6 +21,9 @@ export const s = (tag, properties, ...children) => filled(document.createElement
 
 let names = 0;
 
+/** Where arrow keys go.  @type {Record<string, [number, number]>} */
+export const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
+
 /** Sizes of paper, as people call them. */
 export const SIZES = { A6: 'A6, a card', A5: 'A5, a small letter', A4: 'A4, a letter', letter: 'US letter' };
 

@@ -4,8 +4,7 @@
 /** @typedef {Plot & {lies: NonNullable<Plot['lies']>}} Laid */
 /** @typedef {(quarters: number, x: number, y: number) => Promise<void>} Lay */
 import { follow, request, task, text as fetched } from './api.js';
-import { button, choice, field, guarded, h, machine as chosenMachine, more, refusal as refusals, s, say, tick } from './dom.js';
-import { ARROWS } from './marks.js';
+import { ARROWS, button, choice, field, guarded, h, machine as chosenMachine, more, refusal as refusals, s, say, tick } from './dom.js';
 import { alike, inOrder, writtenTo } from './replay.js';
 import { drawing } from './work.js';
 

@@ -1,12 +1,10 @@
 // What lies over the page on Write: doubtful words framed, words to be written again, the block to be dragged and resized.
 
 /** @import { Box, Doubt, Point, Word } from './types' */
-import { s } from './dom.js';
+import { ARROWS, s } from './dom.js';
 
 const LEAST = 12; // mm that a block is wide and high at least
 const HANDLE = 2.2; // mm
-/** @type {Record<string, Point>} */
-export const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
 const round = (/** @type {number} */ value) => Math.round(value * 2) / 2;
 const frame = (/** @type {Box} */ [x, y, right, low], /** @type {number} */ by) => ({ x: x - by, y: y - by, width: right - x + 2 * by, height: low - y + 2 * by, rx: 0.8 });
 

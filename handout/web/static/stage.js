@@ -5,8 +5,7 @@
 /** @typedef {{id: number, xy: Point[]}} Stroke */
 /** @typedef {{kind: string, done: (points: Point[]) => void, width?: number, to?: string, closed?: boolean, start?: Point[]}} Pen */
 import { blob } from './api.js';
-import { s } from './dom.js';
-import { ARROWS } from './marks.js';
+import { ARROWS, s } from './dom.js';
 
 const MOST_TILES = 80;
 const LEVELS = 6;

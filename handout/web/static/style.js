@@ -1,20 +1,18 @@
 // The page Style: targets and ellipses dragged, the path and its speed anew with every move; a style's numbers; a word in it.
 
 /** @import { Point, Show } from './types' */
-/** @typedef {{x: number[], y: number[], t?: number[], speed: number[], width?: number[], nib?: number, turn: number}} Line */
+/** @import { Line, Paint } from './canvas.js' */
 /** @typedef {{key: string, label: string, unit?: string, usual: any, options?: [any, string][], count: number, low: number, high: number, least?: number, most?: number}} Knob */
-/** @typedef {(context: CanvasRenderingContext2D, width: number, height: number) => void} Paint */
 /** @typedef {{targets: Point[], up: number[], own: number[][] | null, page: Point}} Plan */
 import { blob, request } from './api.js';
+import { draw, INK, paintStrokes, surface } from './canvas.js';
 import * as drafts from './drafts.js';
-import { ARROWS } from './marks.js';
-import { button as plain, choice, field, h, handChoice, more, picker, refusal as refusals, s, save, say, tick } from './dom.js';
+import { ARROWS, button as plain, choice, field, h, handChoice, more, picker, refusal as refusals, s, save, say, tick } from './dom.js';
 
 const FIRST = { targets: [[24, 62], [40, 34], [50, 74], [64, 38], [76, 72], [94, 40], [104, 66], [126, 46]], up: [], own: null, page: [148, 105] };
 const FORMATS = { toml: 'The style (TOML)', targets: 'Its points (JSON)', svg: 'SVG', pdf: 'PDF', png: 'PNG', inkml: 'InkML', json: 'Drawing (JSON)' };
 const INNER = ['Path', 'Ellipses', 'Guide']; // groups for those who know how movement is modelled
-const INK = '#20223a', FAINT = '#31457a';
-const EDGE = 0.8; // mm around a word, of which broad pens take a part
+const FAINT = '#31457a';
 /** @type {Record<string, number>} */
 const NEAR = { mouse: 10, pen: 14, touch: 24 }; // pixels within which a handle is taken
 
@@ -34,60 +32,6 @@ function covarianceOf(/** @type {number[]} */ [one, two, angle]) {
   const [cos, sin] = [Math.cos(angle), Math.sin(angle)];
   const [p, q] = [one * one, two * two];
   return [[p * cos * cos + q * sin * sin, (p - q) * cos * sin], [(p - q) * cos * sin, p * sin * sin + q * cos * cos]];
-}
-
-/** Strokes as far as they are drawn at a time (s); all of them without one.  @param {CanvasRenderingContext2D} context @param {Line[]} strokes @param {string} colour */
-function draw(context, strokes, colour, until = Infinity) {
-  context.strokeStyle = context.fillStyle = colour;
-  context.lineCap = context.lineJoin = 'round';
-  for (const { x, y, t, width, nib, turn } of strokes) {
-    const [ex, ey] = nib ? [(nib / 2) * Math.cos(turn), (nib / 2) * Math.sin(turn)] : [0, 0];
-    for (let i = 1; i < x.length && !(t && t[i] > until); i += 1) {
-      if (nib) {
-        context.lineWidth = nib * 0.06;
-        context.beginPath();
-        context.moveTo(x[i - 1] - ex, y[i - 1] - ey); context.lineTo(x[i - 1] + ex, y[i - 1] + ey);
-        context.lineTo(x[i] + ex, y[i] + ey); context.lineTo(x[i] - ex, y[i] - ey); context.closePath();
-        context.fill(); context.stroke();
-      } else if (width) {
-        context.lineWidth = (width[i - 1] + width[i]) / 2;
-        context.beginPath(); context.moveTo(x[i - 1], y[i - 1]); context.lineTo(x[i], y[i]); context.stroke();
-      }
-    }
-    if (!width && !nib) {
-      context.beginPath();
-      x.forEach((at, i) => (i ? context.lineTo(at, y[i]) : context.moveTo(at, y[i])));
-      context.stroke();
-    }
-  }
-}
-
-/** Strokes as large as there is room, in the middle.  @param {CanvasRenderingContext2D} context @param {number} width @param {number} height @param {Line[]} strokes */
-export function paintStrokes(context, width, height, strokes) {
-  const [x, y] = [strokes.flatMap((one) => one.x), strokes.flatMap((one) => one.y)];
-  const [left, right, top, low] = [Math.min(...x) - EDGE, Math.max(...x) + EDGE, Math.min(...y) - EDGE, Math.max(...y) + EDGE];
-  const by = Math.min(width / (right - left), height / (low - top));
-  context.translate((width - by * (left + right)) / 2, (height - by * (top + low)) / 2); context.scale(by, by);
-  draw(context, strokes, INK);
-}
-
-/** A canvas that is as sharp as the screen; `paint` is given its context in CSS pixels, and its size.  @param {string} label @param {Paint} paint */
-export function surface(label, paint) {
-  const canvas = h('canvas', label ? { role: 'img', 'aria-label': label } : { 'aria-hidden': 'true' });
-  let size = /** @type {DOMRectReadOnly | null} */ (null); // as it was laid out last: to ask for it after a change would have the page laid out once more
-  new ResizeObserver(([entry]) => { size = entry.contentRect; }).observe(canvas);
-  const again = () => {
-    const { width, height } = size || canvas.getBoundingClientRect();
-    if (!width || !height) return;
-    const fine = devicePixelRatio, [wide, high] = [Math.round(width * fine), Math.round(height * fine)];
-    if (canvas.width !== wide || canvas.height !== high) { canvas.width = wide; canvas.height = high; } // makes it anew
-    const context = /** @type {CanvasRenderingContext2D} */ (canvas.getContext('2d'));
-    context.setTransform(fine, 0, 0, fine, 0, 0);
-    context.globalAlpha = 1;
-    context.clearRect(0, 0, width, height);
-    paint(context, width, height);
-  };
-  return { canvas, again };
 }
 
 /** The controls of one number, word or list of a style.  @param {Knob} facts @param {any} value @param {(value: any) => void} changed @param {() => void} done */
@@ -655,7 +599,7 @@ export async function show(main, shared, [wanted]) {
     'section', { class: 'desk', 'aria-label': 'Points' },
     h('div', { class: 'tools' }, undo, redo, adder, button('−', () => zoom(1.25), { class: 'icon', 'aria-label': 'Smaller' }), button('Fit', () => { fit(); paint(); }), button('+', () => zoom(0.8), { class: 'icon', 'aria-label': 'Larger' }), watch, h('span', { class: 'joined push' }, format, download)),
     stage, h('div', { class: 'beneath' }, h('div', { class: 'row between' }, told, figures), refusal, unkept, graph.canvas, keys),
-    h('section', { class: 'word', 'aria-label': 'A word in this style' }, line.canvas, h('div', { class: 'row' }, field('Word', word), field('Hand', hand), ofWord), wordNote),
+    h('section', { class: 'word', 'aria-label': 'A word in this style' }, line.canvas, h('div', { class: 'row' }, field('Word', word), field('Handwriting', hand), ofWord), wordNote),
   ), h(
     'aside', { class: 'side', 'aria-label': 'Style' },
     h('p', {}, h('a', { href: '#styles' }, 'All styles, side by side')), h('div', {}, field('Open a style', chooser)),

@@ -4,7 +4,7 @@
 import { request } from './api.js';
 import * as drafts from './drafts.js';
 import { button, field, h, refusal } from './dom.js';
-import { paintStrokes, surface } from './style.js';
+import { paintStrokes, surface } from './canvas.js';
 
 const PAUSE = 300; // ms after the last key
 

@@ -141,7 +141,7 @@ export async function show(main, shared, [name]) {
       draft.printer = printer.value; draft.device = device.value;
     };
     chosen();
-    return [h('h1', {}, 'On what, and how?'), h('div', { class: 'grid' }, field('Handwriting', hand), field('Paper', page), field('Made by', to), printerField, deviceField), sharing, envelopeLabel,
+    return [h('h1', {}, 'On what, and how?'), h('div', { class: 'grid' }, field('Handwriting', hand, true), field('Paper', page), field('Made by', to), printerField, deviceField), sharing, envelopeLabel,
       known.no_envelopes ? h('p', { class: 'quiet small' }, `No envelopes: ${known.no_envelopes}`) : '', refused, unkept, onward('Next: a proof of every letter', 3)];
   }
 
