@@ -188,10 +188,8 @@ def _search(
     cheap = _with_crossbars(net, line, letter, ends, foreign, weights, laid)
     least = min(traversal.cost for traversal in cheap)
     cheap = [traversal for traversal in cheap if traversal.cost <= least + _MARGIN]
-    if laid is not None and not foreign and not line.own_bars:
-        there = {traversal.strokes for traversal in cheap}
-        guided = _search_guided(net, line.x_height, ends, laid, weights)
-        cheap += [traversal for traversal in guided if traversal.strokes not in there]
+    if not foreign and not line.own_bars:
+        cheap += _search_guided(net, line.x_height, ends, laid, weights, cheap)
     return _TracedLetter(line, letter, net, cheap, foreign, laid)
 
 
@@ -201,14 +199,20 @@ def _foreign_bars(net: BranchNetwork, line: LetterLine) -> list[tuple[int, ...]]
 
 
 def _search_guided(
-    net: BranchNetwork, x_height: float, ends: Ends, laid: _Laid, weights: CostWeights
+    net: BranchNetwork,
+    x_height: float,
+    ends: Ends,
+    laid: _Laid | None,
+    weights: CostWeights,
+    known: Sequence[Traversal],
 ) -> list[Traversal]:
-    """Search the traversals that follow forms of other than built-in hands; none where there are no such forms."""
-    taught = np.flatnonzero(~laid.forms.drawn)
-    if not len(taught):
+    """Search the traversals, besides those known, that follow forms of other than built-in hands, if there are any."""
+    taught = np.zeros(0, dtype=np.intp) if laid is None else np.flatnonzero(~laid.forms.drawn)
+    if laid is None or not len(taught):
         return []
-    guides = form_guides(net, laid.xy[taught], laid.forms.stroke_of[taught])
-    return guided_search(net, x_height, guides, Ends(ends.entries, ends.exits), weights=weights)
+    guides, there = form_guides(net, laid.xy[taught], laid.forms.stroke_of[taught]), {t.strokes for t in known}
+    guided = guided_search(net, x_height, guides, Ends(ends.entries, ends.exits), weights=weights)
+    return [traversal for traversal in guided if traversal.strokes not in there]
 
 
 def _nearest(
@@ -273,10 +277,7 @@ def _beside_bars(
     )
     rest = subnetwork(net, beside)
     traversals = beam_search(rest, x_height, Ends(entries, exits), weights=weights, most=_TRAVERSALS)
-    if laid is not None:
-        there = {t.strokes for t in traversals}
-        guided = _search_guided(rest, x_height, Ends(entries, exits), laid, weights)
-        traversals += [t for t in guided if t.strokes not in there]
+    traversals += _search_guided(rest, x_height, Ends(entries, exits), laid, weights, traversals)
     return [
         Traversal((*(tuple(2 * beside[e >> 1] + (e & 1) for e in s) for s in t.strokes), *bars), t.cost, tuple(bars))
         for t in traversals
