@@ -53,19 +53,24 @@ def restyle(
     Raises InputError: the drawing cannot be read, or the style cannot draw it; a file that cannot be written.
     """
     from handout.motion.styles import restyling
+    from handout.pipeline.rereading import open_drawing_reader
+    from handout.pipeline.texts import hard_word_notes, name_hard_words
 
     check_outputs(outputs)
     look, seed = picture.look(styled=True), seed_of(styling.seed)
     style = None if posing.pose and styling == replace(StyleOptions(), seed=styling.seed) else style_of(styling)
     try:
         drawing = read_drawing(source)
-        styled = drawing if style is None else restyling.restyle(drawing, style, np.random.default_rng(seed))
+        reading, names = open_drawing_reader(drawing) if style is not None and drawing.strokes else (None, [])
+        rng = np.random.default_rng(seed)
+        styled = drawing if style is None else restyling.restyle(drawing, style, rng, reading=reading)
         styled = with_pose(styled, posing)
     except InputError as error:
         raise InputError(str(error) if str(source) in str(error) else f"{source}: {error}") from error
     styled = replace(styled, about={**styled.about, "seed": seed})
     files = write_drawings([styled], outputs, replace(look, footprint=bool(posing.pose)))
-    losses = [] if style is None else restyling.losses(drawing, styled, style)
+    hard = name_hard_words(styled, names)
+    losses = [] if style is None else [*restyling.losses(drawing, styled, style), *hard_word_notes(hard)]
     told = {
         "style": "" if style is None else style.name,
         **({"pose": held} if (held := str(styled.about.get("pose", "")) if posing.pose else "") else {}),
@@ -74,7 +79,8 @@ def restyle(
         "strokes": len(styled.strokes),
         "duration_s": round(styled.duration, 2),
         "left_out": [str(part) for part in drawing.about.get("left_out", [])],
-        "warnings": list(losses),
+        "warnings": losses,
+        **({"hard_to_read": hard} if hard else {}),
         "files": [*map(str, files)],
     }
     return Styled(seed=seed, files=tuple(files), told=told, drawing=styled, source=drawing)

@@ -16,7 +16,7 @@ from __future__ import annotations
 from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache, partial
-from itertools import islice
+from itertools import islice, pairwise
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -26,13 +26,16 @@ from handout.hand.learnt import learnt
 from handout.hand.places import graphemes
 from handout.hand.scanned import ScannedHand
 from handout.hand.vetting import vet
+from handout.motion.styles.targets import USUAL_HEIGHT, letter_height
+from handout.motion.styles.turns import find_turns
+from handout.motion.styles.word_paths import ReadingOf, WordReading
 from handout.networks import one_thread
 from handout.pipeline.results import Facts
 from handout.reading import pictures, second_reader
 from handout.reading.pictures import PictureReading, Verdict
 from handout.reading.second_reader import SecondReader
 from handout.reading.word_space import X_HEIGHT, drawn
-from handout.values import Array, Indices, Line, Manuscript
+from handout.values import Array, Drawing, Indices, Manuscript
 from handout.writing.choosing import GlyphChooser, choices
 from handout.writing.compose import Proofreader
 from handout.writing.legibility import made_words
@@ -77,6 +80,7 @@ _TAKEN_FOR = 5  # other letters that are the likeliest in a letter's place: what
 # tangents by which moved words are set upright, and pixels of word space, half the width of their lines: they have to
 # read in all of these, since among many forms of a word there is always one that is read by chance
 _SHOWN = ((-0.1, 0.7), (0.1, 1.1), (0.3, 0.9))
+_UNREAD = 6.0  # nat: of a letter that is not seen at all
 _TAIL = 0.16  # of a normal distribution lies so far out that it is a standard deviation off, on either side
 VERSION = 7  # of what is kept of a hand; tests/hand/test_house_scanned.py says when to raise it
 
@@ -362,25 +366,71 @@ def reread(
     return sheets, list(rereader.doubts(lines).values()), rereader.words
 
 
-def open_stroke_reader(
-    page: Manuscript, words: Sequence[str]
-) -> Callable[[int], Callable[[Sequence[Array]], float] | None]:
-    """What reads the words of a page by their numbers: nat of surprise at strokes (n, 2), mm; None: no letters of it.
-
-    A word is shown upright and leaning, thin and thick: the mean counts.
-    """
+def open_stroke_reader(page: Manuscript, words: Sequence[str]) -> ReadingOf:
+    """What reads the strokes of a page's words by their numbers; None: of a word with letters that it does not know."""
     lines = {placed.word: line for line in page.lines for placed in line.placed}
-    scale, reader = X_HEIGHT / page.x_height, pictures.load()
+    return lambda number: (
+        partial(_read_strokes, words[number], lines[number].height_at, page.x_height)
+        if readable(words[number])
+        else None
+    )
 
-    def read_strokes(line: Line, word: str, strokes: Sequence[Array]) -> float:
-        xy = np.concatenate(strokes)
-        up = line.height_at(xy[:, 0]) - xy[:, 1]
-        edges = np.column_stack([np.arange(len(xy) - 1), np.arange(1, len(xy))])
-        edges = np.delete(edges, np.cumsum([len(stroke) for stroke in strokes])[:-1] - 1, axis=0)
-        shown = [
-            drawn(scale * np.column_stack([xy[:, 0] - slant * up, up]), np.full(len(xy), pen), edges)
-            for slant, pen in _SHOWN
-        ]
-        return -float(np.mean([seen.log_probability(word) for seen in reader.read_all(shown)]))
 
-    return lambda number: partial(read_strokes, lines[number], words[number]) if readable(words[number]) else None
+def open_drawing_reader(drawing: Drawing) -> tuple[ReadingOf, list[str]]:
+    """The same of a drawing's words, as they read in it, and what they read as; "" and None: they cannot be read."""
+    x_height = letter_height(drawing) / USUAL_HEIGHT
+    found = dict[int, tuple[str, float]]()
+    for number in {stroke.word for stroke in drawing.strokes if stroke.word >= 0}:
+        strokes = [stroke.xy for stroke in drawing.strokes if stroke.word == number]
+        feet = [float(xy[at, 1]) for xy in strokes for at, side in find_turns(xy, USUAL_HEIGHT * x_height) if side > 0]
+        low = float(np.median(feet or [xy[:, 1].max() for xy in strokes]))
+        seen, _ = _see_strokes(strokes, _level_at(low), x_height)
+        text = max(seen, key=lambda view: view.probability).text
+        found[number] = (text if readable(text) else "", low)
+
+    def read(number: int) -> Callable[[Sequence[Array]], WordReading] | None:
+        text, low = found.get(number, ("", 0.0))
+        return partial(_read_strokes, text, _level_at(low), x_height) if text else None
+
+    return read, [found.get(number, ("", 0.0))[0] for number in range(max(found, default=-1) + 1)]
+
+
+def _level_at(y: float) -> Callable[[Array], Array]:
+    """A level baseline."""
+    return lambda x: np.full(len(x), y)
+
+
+def _see_strokes(
+    strokes: Sequence[Array], baseline: Callable[[Array], Array], x_height: float
+) -> tuple[list[PictureReading], list[Array]]:
+    """How a word's strokes (n, 2), mm, are seen upright and leaning, thin and thick; columns (n,) of all their places.
+
+    baseline : y of it, mm, at some x.
+    """
+    xy = np.concatenate(strokes)
+    up = baseline(xy[:, 0]) - xy[:, 1]
+    edges = np.column_stack([np.arange(len(xy) - 1), np.arange(1, len(xy))])
+    edges = np.delete(edges, np.cumsum([len(stroke) for stroke in strokes])[:-1] - 1, axis=0)
+    scale = X_HEIGHT / x_height
+    shown = [scale * np.column_stack([xy[:, 0] - slant * up, up]) for slant, _ in _SHOWN]
+    pens = [np.full(len(xy), pen) for _, pen in _SHOWN]
+    views = [drawn(places, pen, edges) for places, pen in zip(shown, pens, strict=True)]
+    return pictures.load().read_all(views), [
+        places[:, 0] - (places[:, 0] - pen).min() for places, pen in zip(shown, pens, strict=True)
+    ]
+
+
+def _read_strokes(
+    word: str, baseline: Callable[[Array], Array], x_height: float, strokes: Sequence[Array]
+) -> WordReading:
+    """A word as its strokes read, in each view; parameters as of `_see_strokes`."""
+    nats, of = np.full((len(_SHOWN), len(word)), _UNREAD), np.zeros(0, dtype=np.intp)
+    for row, view, columns in zip(nats, *_see_strokes(strokes, baseline, x_height), strict=True):
+        try:
+            letters = view.spans(word)
+        except ValueError:  # too narrow
+            of = of if len(of) else np.zeros(len(columns), dtype=np.intp)
+            continue
+        row[:] = [-np.log(max(letter.probability, np.exp(-_UNREAD))) for letter in letters]
+        of = np.searchsorted([0.5 * (a.right + b.left) for a, b in pairwise(letters)], columns)
+    return WordReading(nats.T, np.split(of, np.cumsum([len(stroke) for stroke in strokes])[:-1]))

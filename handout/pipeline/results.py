@@ -132,6 +132,7 @@ class Tally:
     slips : words that were struck out; doubtful : words that read as others; formulas : the TeX of each.
     unclear : words with letters of the author's that strangers mostly take for others.
     order : words of scanned ink whose strokes may as well have been written in another order.
+    hard_to_read : words that a style makes so, and at which letters.
     """
 
     pages: int = 0
@@ -147,6 +148,7 @@ class Tally:
     unclear: Sequence[Mapping[str, Any]] = ()
     formulas: Sequence[str] = ()
     order: Sequence[Mapping[str, Any]] = ()
+    hard_to_read: Sequence[Mapping[str, Any]] = ()
 
     @classmethod
     def from_pages(cls, pages: Sequence[Manuscript], drawings: Sequence[Drawing]) -> Tally:
@@ -169,7 +171,10 @@ class Tally:
             doubtful=gather("doubtful"),
             unclear=gather("unclear"),
             formulas=gather("formulas"),
-            order=[each for drawing in drawings for each in drawing.about.get("order", [])],
+            **{
+                name: [each for drawing in drawings for each in drawing.about.get(name, [])]
+                for name in ("order", "hard_to_read")
+            },
         )
 
     @property
@@ -220,7 +225,7 @@ class Tally:
             "files": [str(path) for path in files],
             **{
                 name: told
-                for name in ("borrowed", "slips", "doubtful", "unclear", "formulas", "order")
+                for name in ("borrowed", "slips", "doubtful", "unclear", "formulas", "order", "hard_to_read")
                 if (told := getattr(self, name))
             },
         }

@@ -497,25 +497,48 @@ def draw(
 
 
 def _apply_style(drawing: Drawing, task: WritingTask, rng: np.random.Generator, page: Manuscript) -> Drawing:
-    """Move the drawing of a page in the style of the task; `about["style_losses"]` names what the style cannot show."""
+    """Move the drawing of a page in the style of the task.
+
+    `about["style_losses"]` names what the style cannot show, `about["hard_to_read"]` the words that became so.
+    """
     if task.style is None:
         return drawing
     from handout.motion.styles.restyling import losses, restyle
     from handout.pipeline.rereading import open_stroke_reader
 
-    reads = None if task.style.model is None else open_stroke_reader(page, cast(Sequence[str], words(page)["words"]))
-    styled = restyle(drawing, task.style, rng, surprise=reads)
-    lost = losses(drawing, styled, task.style)
-    return replace(styled, about={**styled.about, "style_losses": lost}) if lost else styled
+    names = cast(Sequence[str], words(page)["words"])
+    styled = restyle(drawing, task.style, rng, reading=open_stroke_reader(page, names))
+    about = dict(styled.about)
+    if lost := losses(drawing, styled, task.style):
+        about["style_losses"] = lost
+    if hard := name_hard_words(styled, names):
+        about["hard_to_read"] = hard
+    return replace(styled, about=about)
+
+
+def name_hard_words(styled: Drawing, names: Sequence[str]) -> list[Facts]:
+    """The words that became hard to read, and which letters of them; `names` : of all words, by their numbers."""
+    hard = [(names[each["word"]], each["letters"]) for each in styled.about.get("hard_to_read", [])]
+    return [{"word": word, "letters": [word[k] for k in letters]} for word, letters in hard]
 
 
 def style_notes(task: WritingTask, drawings: Sequence[Drawing]) -> list[str]:
-    """Notes on what of some pages their style cannot show, and on what becomes of scanned ink."""
+    """Notes on what of some pages their style cannot show or makes hard to read, and on what becomes of scanned ink."""
     if task.style is None:
         return []
     lost = dict.fromkeys(str(loss) for drawing in drawings for loss in drawing.about.get("style_losses", []))
     ink = f"--style: the strokes of {task.hand.name} are moved anew and drawn with a pen; its scanned ink is left out."
-    return [*([ink] if task.hand.pages is not None else []), *lost]
+    hard = [each for drawing in drawings for each in drawing.about.get("hard_to_read", [])]
+    return [*([ink] if task.hand.pages is not None else []), *lost, *hard_word_notes(hard)]
+
+
+def hard_word_notes(hard: Sequence[Mapping[str, Any]]) -> list[str]:
+    """A note that names the words that a style makes hard to read (as of `name_hard_words`), if there are any."""
+    if not hard:
+        return []
+    named = ", ".join(f"{each['word']} ({' '.join(each['letters'])})" for each in hard[: units.MOST_NAMED])
+    more = f" and {len(hard) - units.MOST_NAMED} more" if len(hard) > units.MOST_NAMED else ""
+    return [f"{units.count(len(hard), 'word')} may be misread in this style, at the letters named: {named}{more}."]
 
 
 def _in_colour(drawing: Drawing, task: WritingTask) -> Drawing:

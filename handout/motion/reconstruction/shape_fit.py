@@ -7,6 +7,7 @@ in them; then Gauss–Newton steps on the distances across the path refine targe
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Callable
 
 import numpy as np
@@ -23,12 +24,11 @@ ASYMMETRY, DURATION = 0.1, 0.3  # of every stroke of the first guess
 LEAST_DT, MOST_DT = 0.3, 0.9  # of the first guess; seed 002, §3.1
 _BOUNDS_DT = (0.1, 1.5)
 _SHARPEST, _SOFTEST = 4.0, 24.0  # samples, spread of the turning at a corner
-_COMPARED = 110  # places at which path and trace are compared
-_DENSE = 240  # samples of the path among which these places are found
+_COMPARED, _COMPARED_EACH = 110, 6  # places at which path and trace are compared, at least, and for each stroke
 _RIDGE = 1e-3
 _ROUNDS = 25
 ENOUGH, _BEYOND = 42.0, 45.0  # dB, of the path: above the first no stroke is added, above the second nothing is refined
-_MORE, _CLOSEST = 2, 8  # strokes added at most where the fit is poor; least samples between key points
+_MORE, _CLOSEST = 2, 8  # times that strokes are added where the fit is poor; least samples between key points
 _HELD = 1e-5  # weight of the distance of durations and asymmetries from their first values
 # the same of a steady plan, whose durations and asymmetries stay, and of its bends and overlaps: with .01 (of .0001 to
 # .01) what a stroke is could best be told from the targets on pages of a drawn hand and of UNIPEN, at 37 dB
@@ -38,7 +38,7 @@ _TINY = 1e-4  # step of the numerical derivatives
 _ENOUGH = 4e-3  # of the extent: a smaller improvement ends the refinement
 
 
-def from_shape(xy: Array, *, steady: bool = False) -> LognormalPlan:
+def from_shape(xy: Array, *, steady: bool = False, unit: float = np.inf) -> LognormalPlan:
     """Fit a plan whose path has the shape of a trace; its times are those of unhurried writing.
 
     Parameters
@@ -47,24 +47,31 @@ def from_shape(xy: Array, *, steady: bool = False) -> LognormalPlan:
         At least two different points.
     steady : all strokes last equally long and are equally skewed, and bends and overlaps stay near what the key points
         suggest: alike traces get alike plans, which can be learned, at some 5 dB less.
+    unit : mm: a longer trace is followed as closely as one of this extent, so that words are as their letters are.
 
     Raises ValueError: fewer than two different points.
 
     Source: seed 002, §3.2; linear targets and refinement are this project's.
     """
     xy = np.asarray(xy, dtype=np.float64)
-    size = extent(xy)
+    whole = extent(xy)
+    size = min(whole, unit)
     if len(xy) < 2 or size <= 0:
         raise ValueError("a trace needs at least two different points")
     even = resample_path(xy, max(8, round(float(arc_length(xy)[-1]) / size * key_points.SAMPLES) + 1))
     index = key_points.find(even).index
-    best = _refine_plan(even, _lead_through(even, first_guess(even, index=index)), steady)
+    best = _refine_plan(even, _lead_through(even, first_guess(even, index=index)), size, steady)
     off = _distances(even, best)
     for _ in range(_MORE):
-        if snr_of(even, off) >= (_STEADY_ENOUGH if steady else ENOUGH):
+        if snr_of(even, whole / size * off) >= (_STEADY_ENOUGH if steady else ENOUGH):
             break
-        index = _add_worst(even, index, off)
-        tried = _refine_plan(even, _lead_through(even, first_guess(even, index=index)), steady)
+        # more key points, half-way along the segments that fit worst
+        total = np.concatenate([[0.0], np.cumsum(off**2)])
+        inside = np.where(np.diff(index) >= 2 * _CLOSEST, total[index[1:]] - total[index[:-1]], -1.0)
+        worst = np.argsort(-inside, kind="stable")[: math.ceil(whole / size)]
+        worst = worst[inside[worst] >= 0]
+        index = np.sort(np.append(index, (index[worst] + index[worst + 1]) // 2))
+        tried = _refine_plan(even, _lead_through(even, first_guess(even, index=index)), size, steady)
         if np.square(then := _distances(even, tried)).sum() < np.square(off).sum():
             best, off = tried, then
     return best
@@ -73,26 +80,25 @@ def from_shape(xy: Array, *, steady: bool = False) -> LognormalPlan:
 def _distances(even: Array, plan: LognormalPlan) -> Array:
     """(n,) mm: how far the path is from the trace, at equal shares of their lengths."""
     pulses = plan.pulses()
-    t = np.linspace(*pulses.span, _DENSE)
+    t = np.linspace(*pulses.span, _dense(_places_of(plan)))
     path = resample_path(plan.position_at(t), len(even))
     return np.asarray(np.hypot(*(path - even).T))
+
+
+def _places_of(plan: LognormalPlan) -> int:
+    """Places at which a plan's path and a trace are compared."""
+    return max(_COMPARED, _COMPARED_EACH * plan.strokes)
+
+
+def _dense(places: int) -> int:
+    """Samples of a path among which such places are found."""
+    return 2 * places + 20
 
 
 def snr_of(even: Array, off: Array) -> float:
     """dB, of a trace (n, 2) and distances (n,) from it."""
     signal = float(((even - even.mean(axis=0)) ** 2).sum())
     return float(10 * np.log10(signal / max(float((off**2).sum()), 1e-12 * signal)))
-
-
-def _add_worst(even: Array, index: Index, off: Array) -> Index:
-    """The key points and one more, half way along the segment that fits worst."""
-    total = np.concatenate([[0.0], np.cumsum(off**2)])
-    inside = total[index[1:]] - total[index[:-1]]
-    wide = np.diff(index) >= 2 * _CLOSEST
-    if not wide.any():
-        return index
-    worst = int(np.argmax(np.where(wide, inside, -1.0)))
-    return np.insert(index, worst + 1, (index[worst] + index[worst + 1]) // 2)
 
 
 def first_guess(
@@ -162,15 +168,16 @@ def _times(path: Complex, t: Array, count: int) -> Array:
 
 def _lead_through(even: Array, plan: LognormalPlan, rounds: int = 3) -> LognormalPlan:
     """The plan with targets that bring its path nearest to the trace, compared at equal shares of their lengths."""
-    wanted = resample_path(even, _COMPARED) @ np.array([1.0, 1j])
+    places = _places_of(plan)
+    wanted = resample_path(even, places) @ np.array([1.0, 1j])
     z = plan.targets @ np.array([1.0, 1j])
     guess, pulses = z.copy(), plan.pulses()
-    t = np.linspace(*pulses.span, _DENSE)
+    t = np.linspace(*pulses.span, _dense(places))
     done = lognormal.arc(lognormal.progress(pulses, t), pulses.theta[:, None])
     for _ in range(rounds):
-        when = _times(z[0] + np.diff(z) @ done, t, _COMPARED)
+        when = _times(z[0] + np.diff(z) @ done, t, places)
         matrix = path_matrix(lognormal.arc(lognormal.progress(pulses, when), pulses.theta[:, None]))
-        weight = np.sqrt(_RIDGE * _COMPARED)
+        weight = np.sqrt(_RIDGE * places)
         rows = np.concatenate([matrix, weight * np.eye(len(z))])
         z = np.linalg.lstsq(rows, np.concatenate([wanted, weight * guess]), rcond=None)[0]
     return plan_of(np.column_stack([z.real, z.imag]), plan.dt, plan.theta)
@@ -185,10 +192,9 @@ def path_matrix(done: Complex) -> Complex:
     return matrix
 
 
-def _refine_plan(even: Array, plan: LognormalPlan, steady: bool) -> LognormalPlan:
+def _refine_plan(even: Array, plan: LognormalPlan, size: float, steady: bool) -> LognormalPlan:
     """Levenberg–Marquardt on targets, bends, onsets, durations and asymmetries, the last ones held near the guess."""
-    wanted = resample_path(even, _COMPARED) @ np.array([1.0, 1j])
-    size = extent(even)
+    wanted = resample_path(even, _places_of(plan)) @ np.array([1.0, 1j])
     k = plan.strokes
     x = np.concatenate(
         [*(plan.targets / size).T, plan.theta, plan.onset[1:], np.log(plan.duration), np.full(k, np.log(ASYMMETRY))]
@@ -206,10 +212,10 @@ def _refine_plan(even: Array, plan: LognormalPlan, steady: bool) -> LognormalPla
 
     def try_plan(x: Array) -> tuple[Array, Array, float, float]:
         residual, jacobian, mean = _differences(x, k, wanted / size)
-        return residual, jacobian, mean, mean + float((x - guess) @ held @ (x - guess)) / _COMPARED
+        return residual, jacobian, mean, mean + float((x - guess) @ held @ (x - guess)) / len(wanted)
 
     damping = 1e-3
-    aim = float(np.var(wanted / size)) * 10 ** (-_BEYOND / 10)
+    aim = float(np.var(wanted / extent(even))) * 10 ** (-_BEYOND / 10)
     residual, jacobian, _, cost = try_plan(x)
     for _ in range(_ROUNDS):
         normal, slope = jacobian.T @ jacobian + held, jacobian.T @ residual + held @ (x - guess)
@@ -260,7 +266,7 @@ def _differences(x: Array, k: int, wanted: Complex) -> tuple[Array, Array, float
     z, theta, onset, duration, asymmetry = _parts(x, k)
     chord = np.diff(z)
     pulses = lognormal.pulses(duration, asymmetry, theta, onset)
-    t = np.linspace(*pulses.span, _DENSE)
+    t = np.linspace(*pulses.span, _dense(len(wanted)))
     when = _times(z[0] + lognormal.position(pulses, chord, t), t, len(wanted))
     share = lognormal.progress(pulses, when)
     done = lognormal.arc(share, theta[:, None])

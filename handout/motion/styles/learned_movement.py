@@ -5,7 +5,7 @@ Source: seed 002, §4.1 (targets of a user) and §4.2 (drawings: their virtual t
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import groupby
 
@@ -20,17 +20,13 @@ from handout.motion.reconstruction.shape_fit import plan_of
 from handout.motion.styles.manner import measure_manner
 from handout.motion.styles.movement import widths
 from handout.motion.styles.style import Style
-from handout.motion.styles.targets import letter_height
-from handout.motion.styles.word_paths import SAMPLES, WrittenWord, draw_path
+from handout.motion.styles.targets import USUAL_HEIGHT, letter_height
+from handout.motion.styles.word_paths import SAMPLES, ReadingOf, WrittenWord, draw_path
 from handout.motion.timing import arc_length, time_in_air
 from handout.values import TURNS, Array, Drawing, Page, Stroke
 
 _TOGETHER = 64  # ways after which the style is primed anew, where the pen is up: so long were the windows of training
-_HEIGHTS_IN_X = 1.5  # x-heights in the height of a letter
-_DRAWS = 3  # times that the dynamics of a word are drawn; of them one is taken
-
-# who reads the word of a number: see `WrittenWord`; None: nobody can
-Surprise = Callable[[int], Callable[[Sequence[Array]], float] | None]
+_DRAWS = 2  # times that the dynamics of a word are drawn; of them one is taken
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,15 +38,15 @@ class _PlannedPart:
 
 
 def move_drawing(
-    drawing: Drawing, style: Style, rng: np.random.Generator, height: float, surprise: Surprise | None = None
+    drawing: Drawing, style: Style, rng: np.random.Generator, height: float, reading: ReadingOf | None = None
 ) -> tuple[Stroke, ...]:
     """The strokes of a drawing, moved through in the style's learned manner; `height` of a letter, mm.
 
-    surprise : as in `restyling.restyle`.
+    reading : as in `restyling.restyle`.
     """
     plans = taken_apart(drawing, height)
     parts = [_PlannedPart(plan, stroke) for plan, stroke in zip(plans, drawing.strokes, strict=True)]
-    return _draw_parts(parts, style, rng, height, surprise)
+    return _draw_parts(parts, style, rng, height, reading)
 
 
 def through_targets(
@@ -84,7 +80,7 @@ def _draw_parts(
     style: Style,
     rng: np.random.Generator,
     height: float,
-    surprise: Surprise | None = None,
+    reading: ReadingOf | None = None,
 ) -> tuple[Stroke, ...]:
     model, learned = style.model, style.learned
     assert isinstance(model, LearnedMovement)
@@ -94,11 +90,11 @@ def _draw_parts(
     for number, group in groupby(parts, key=lambda part: -1 if part.stroke is None else part.stroke.word):
         word = list(group)
         draws = [_draw_dynamics(word, model, rng, learned.temperature, state) for _ in range(_DRAWS)]
-        reads = None if surprise is None or number < 0 else surprise(number)
+        reads = None if reading is None or number < 0 else reading(number)
         known = WrittenWord([part.plan for part in word], height, learned.hold, wanted, reads)
         for part, xy in zip(word, known.choose_paths(draws, learned.keep), strict=True):
             if before is not None:
-                way = float(np.linalg.norm(xy[0] - before)) * _HEIGHTS_IN_X / height
+                way = float(np.linalg.norm(xy[0] - before)) * USUAL_HEIGHT / height
                 clock += time_in_air(way, line=False, word=False)
             strokes.append(_make_stroke(part, clock, xy, style, height))
             clock, before = float(strokes[-1].t[-1]), xy[-1]

@@ -10,6 +10,7 @@ import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
+from typing import Any
 
 import numpy as np
 from msgspec.structs import replace as replaced
@@ -19,6 +20,7 @@ from handout.errors import InputError
 from handout.motion.styles import broken_script, targets
 from handout.motion.styles.movement import join_poses, move, move_around, pose_along, pose_at_targets, vector, widths
 from handout.motion.styles.style import Style
+from handout.motion.styles.word_paths import ReadingOf, WordReading
 from handout.motion.tracker import Guide
 from handout.values import POSE, Array, Drawing, Indices, Stroke
 
@@ -27,6 +29,7 @@ _AIR = 0.6  # root of its distance in heights
 _FLICKED = 0.3  # of the distance of its ends that a stroke is lengthened by at most
 _ARM = 5  # samples of a path that are a stroke's tip
 _COLLAPSED = 0.8  # of the lines' length; with less, letters lose their loops and arches
+_READ = math.log(2)  # nat: with more, something else is likelier to be read in a letter's place
 _EDGE = 1.0  # strength of the guide along the strokes of a broken path
 
 
@@ -57,7 +60,7 @@ def restyle(
     style: Style,
     rng: np.random.Generator,
     height: float | None = None,
-    surprise: Callable[[int], Callable[[Sequence[Array]], float] | None] | None = None,
+    reading: ReadingOf | None = None,
 ) -> Drawing:
     """The drawing, its strokes in a handstyle, with the times of the new movements.
 
@@ -67,8 +70,8 @@ def restyle(
     style : Style
     rng : numpy.random.Generator
     height : mm of a letter, by which the style's lengths are measured; default: as `targets.letter_height` finds it.
-    surprise : who reads the word of a number, None where nobody can: nat, the negative logarithm of the probability
-        that strokes (n, 2), mm, read as that word; a learned style is then followed as far as words read as before.
+    reading : who reads the word of a number, None where nobody can: of strokes (n, 2), mm; each letter then has as much
+        of a learned style as leaves it legible.
 
     Raises
     ------
@@ -79,17 +82,44 @@ def restyle(
         raise InputError("There is no stroke to restyle.")
     tall = targets.letter_height(drawing) if height is None else height
     about = {key: value for key, value in drawing.about.items() if key != "timing"} | {"style": style.name}
+    middles, form = _middles(drawing.strokes), _form(style)
+    middle_of = {stroke.word: middle for stroke, middle in zip(drawing.strokes, middles, strict=True)}
+
+    def read_upright(number: int) -> Callable[[Sequence[Array]], WordReading] | None:
+        """Who reads a word of the new drawing, as it would be without the style's lean and stretch."""
+        read, middle, back = reading and reading(number), middle_of[number], np.linalg.inv(form)
+        return read and (lambda strokes: read([middle + (xy - middle) @ back for xy in strokes]))
+
     if style.model is not None:
         from handout.motion.styles.learned_movement import move_drawing
 
-        middles = zip(drawing.strokes, _middles(drawing.strokes), strict=True)
-        formed = (replace(stroke, xy=middle + (stroke.xy - middle) @ _form(style)) for stroke, middle in middles)
-        strokes = move_drawing(replace(drawing, strokes=tuple(formed)), style, rng, tall, surprise)
-        return Drawing(_fit_page(strokes, drawing), drawing.page, about)
-    lines = zip(drawing.strokes, _middles(drawing.strokes), strict=True)
-    sequences = [_sequence(stroke, style, tall, middle) for stroke, middle in lines]
-    strokes = draw_sequences(_join_sequences(sequences, style, tall), style, tall, rng)
-    return Drawing(_fit_page(strokes, drawing), drawing.page, about)
+        lines = zip(drawing.strokes, middles, strict=True)
+        formed = tuple(replace(stroke, xy=middle + (stroke.xy - middle) @ form) for stroke, middle in lines)
+        strokes = move_drawing(replace(drawing, strokes=formed), style, rng, tall, read_upright)
+    else:
+        lines = zip(drawing.strokes, middles, strict=True)
+        sequences = [_sequence(stroke, style, tall, middle) for stroke, middle in lines]
+        strokes = draw_sequences(_join_sequences(sequences, style, tall), style, tall, rng)
+    hard = [] if reading is None else _find_hard(drawing.strokes, reading, strokes, read_upright)
+    return Drawing(_fit_page(strokes, drawing), drawing.page, about | ({"hard_to_read": hard} if hard else {}))
+
+
+def _find_hard(
+    before: Sequence[Stroke], reading: ReadingOf, after: Sequence[Stroke], reading_after: ReadingOf
+) -> list[dict[str, Any]]:
+    """The words with letters that were read before and are not now: their numbers, and places of these letters."""
+    hard = list[dict[str, Any]]()
+    for number in sorted({stroke.word for stroke in after if stroke.word >= 0}):
+        read, then = reading(number), reading_after(number)
+        if read is None or then is None:
+            continue
+        was, now = (
+            each([stroke.xy for stroke in strokes if stroke.word == number]).nats.mean(axis=1)
+            for each, strokes in ((read, before), (then, after))
+        )
+        if letters := np.flatnonzero((was <= _READ) & (now > _READ)).tolist():
+            hard.append({"word": number, "letters": letters})
+    return hard
 
 
 def _form(style: Style) -> Array:

@@ -26,7 +26,7 @@ _CORNER = np.radians(60)  # turning within the arms that makes one
 _SOON = 0.09  # letter heights: of targets nearer to each other than this only one stays
 _LONG = 0.62  # letter heights: targets further apart than this get another between them
 _ROUND = 1.6  # times `_LONG`: how far apart the targets of a ring may be
-_USUAL = 1.5  # x-heights: the usual size of unjoined letters, as in the built-in printed hand
+USUAL_HEIGHT = 1.5  # x-heights: the usual size of unjoined letters, as in the built-in printed hand
 _TURNS = 0.12  # of a stroke's height: shorter ways up or down do not count
 _WORD = 6  # ways up and down: a stroke with as many is a word
 _FLATTEST = 0.1  # of a stroke's longer side: the least size of a letter that it is taken for
@@ -64,7 +64,7 @@ def letter_height(drawing: Drawing) -> float:
     """
     x_height = drawing.about.get("x_height")
     if isinstance(x_height, int | float) and 0 < x_height <= max(drawing.page.width, drawing.page.height):
-        return _USUAL * float(x_height)
+        return USUAL_HEIGHT * float(x_height)
     sizes = [_size(stroke.xy) for stroke in drawing.strokes]
     weights = [stroke.length for stroke in drawing.strokes]
     if not sizes:
@@ -94,7 +94,7 @@ def _size(xy: Array) -> float:
             extreme, way = value, 1 if value > extreme else -1
     runs = np.abs(np.diff([*turns[1:], extreme]))
     if len(runs) >= _WORD:
-        high = min(high, _USUAL * float(np.median(runs)))
+        high = min(high, USUAL_HEIGHT * float(np.median(runs)))
     return max(min(high, 2 * wide), _FLATTEST * size)
 
 

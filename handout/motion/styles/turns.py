@@ -15,7 +15,8 @@ _LEAST = 0.15  # heights that a path goes to and fro at a turn
 _LOOPED = 0.28  # loops in a height of an example's path: more than plain writing has, so that turns are looped
 _ROUND = 0.22  # heights: turns that are as wide a tenth below them are round
 _STRAIGHT = 0.6  # rad that a path turns in a height beside its corners: its ways are straight
-_LOOP, _LOOP_SAMPLES = 0.36, 40  # heights, length of a loop; its samples
+_LOOP, _LOOP_SAMPLES = 0.6, 40  # heights, length of a loop; its samples
+_OVAL, _BACK = 0.3, 0.7  # of its length, about its width; cosine of the angle of ways between which there is one
 _DEPTH, _ROUND_DEPTH, _WAY = 0.22, 0.35, 0.5  # heights on either side of a turn that are made anew; of straight ways
 _OPEN = 0.4  # of its width: what a turn that is made round must have; of others it would make a drop
 
@@ -39,7 +40,7 @@ def shape_turn(path: Array, at: int, side: int, wanted: Array, height: float) ->
     looped, width = loops > _LOOPED, widths[side > 0] * height
     rounded = not looped and width > _ROUND * height
     straight = not looped and turning * (1 - corners) < _STRAIGHT
-    depth = _ROUND_DEPTH if rounded else _WAY if straight else _DEPTH
+    depth = _LOOP if looped else _ROUND_DEPTH if rounded else _WAY if straight else _DEPTH
     off = np.hypot(*(path - path[at]).T) >= depth * height
     before, after = np.flatnonzero(off[:at]), np.flatnonzero(off[at:])
     i, j = (int(before[-1]) if len(before) else 0), (at + int(after[0]) if len(after) else len(path) - 1)
@@ -47,7 +48,13 @@ def shape_turn(path: Array, at: int, side: int, wanted: Array, height: float) ->
         return None
     apex, first, last = path[at], path[i], path[j]
     if looped:
-        return _add_loop(path, at, (apex - first, last - apex), _LOOP * height, 1.0 if sided > 0 else -1.0)
+        into, out = apex - first, apex - last
+        if into @ out < _BACK * np.hypot(*into) * np.hypot(*out):
+            return None  # it does not turn back: with a loop it would be another letter
+        axis, t = complex(*(into + out)) / 2, np.linspace(0.0, np.pi, _LOOP_SAMPLES)
+        loop = axis * np.sin(t) * (np.sin(t) - _OVAL * np.sign(sided) * 1j * np.sin(2 * t))
+        passing = first + 0.5 * (1 - np.cos(t[:, None])) * (last - first)
+        return np.concatenate([path[:i], passing + np.column_stack([loop.real, loop.imag]), path[j + 1 :]])
     share = arc_length(path[i : j + 1])
     share = (share / share[-1])[:, None]
     middle, rest = float(share[at - i, 0]), 1 - share
@@ -61,16 +68,3 @@ def shape_turn(path: Array, at: int, side: int, wanted: Array, height: float) ->
     one, other = (np.array([apex[0] + sign * way * 0.6 * width, level]) for sign in (-1, 1))
     piece = rest**3 * first + 3 * rest**2 * share * one + 3 * rest * share**2 * other + share**3 * last
     return np.concatenate([path[:i], piece, path[j + 1 :]])
-
-
-def _add_loop(path: Array, at: int, ways: tuple[Array, Array], size: float, turn: float) -> Array:
-    """A drop where the path turns back, else a ring; `turn`: 1 goes round to the right, −1 to the left."""
-    into, out = (complex(*way) / max(float(np.hypot(*way)), 1e-9) for way in ways)
-    s = np.linspace(0.0, 1.0, _LOOP_SAMPLES)[1:]
-    if (out * into.conjugate()).real < -0.5:
-        axis = (into - out) / abs(into - out)
-        loop = size * axis * np.sin(np.pi * s) * (np.sin(np.pi * s) - 0.6j * turn * np.sin(2 * np.pi * s))
-    else:
-        along = (into + out) / abs(into + out)
-        loop = 0.5 * size * along * (np.sin(2 * np.pi * s) + 1j * turn * (1 - np.cos(2 * np.pi * s)))
-    return np.concatenate([path[: at + 1], path[at] + np.column_stack([loop.real, loop.imag]), path[at + 1 :]])

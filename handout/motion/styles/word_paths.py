@@ -1,9 +1,8 @@
-"""Of the ways to move through a word those that look most like a style's example, among those in which it reads.
+"""Of the ways to move through a word those that look most like a style's example, as far as each letter stays legible.
 
-What the dynamics of a style make of a word's targets is drawn several times.  Of the word's own bends and overlaps so
-much is kept as reading needs, the same of all strokes first, then less of a few; and turns are shaped as the example's.
-Each is taken only where it makes the word more like the example, by a score of style, and as readable, by one of
-reading.
+What the dynamics of a style make of a word's targets is drawn twice and read.  Letters that are harder to read than in
+plain writing get less of the style, step by step, until they read; the others keep all of it.  Then turns are shaped as
+the example's, one by one, where that makes the word more like it and every letter still reads.
 
 Source: own method.
 """
@@ -20,15 +19,30 @@ from handout.motion.reconstruction.plan import LognormalPlan
 from handout.motion.reconstruction.shape_fit import path_matrix, plan_of
 from handout.motion.styles.manner import manner_distance, measure_manner
 from handout.motion.styles.turns import find_turns, shape_turn
-from handout.values import Array
+from handout.values import Array, Indices
 
 SAMPLES = 60  # in the duration of a stroke: 200 a second at the usual .3 s
 _RIDGE = 0.03  # how much virtual targets stay, against the places that they lead through, as in `optimal_control`
-_KEPT = (0.0, 0.2, 0.4, 0.6, 0.8, 1.0)  # shares of a word's own bends and overlaps that are tried until it reads
-_RUN = 3  # strokes of which less is then kept, if it still reads
-# nat that a word may be harder to read than before: with more, styles are told apart better (.7: 92 of 96 samples,
-# .1: 56 of 64), but readers that had no say in it misread more of 80 words
-_HARDER = 0.1
+_KEPT = np.array([0.0, 0.25, 0.5, 0.75, 1.0])  # of its own bends and overlaps: steps that a letter is taken back
+# nat: a letter that is read with a probability of .8 need not be plainer. With .1 four styles are told apart less often
+# (23 of 32 samples, with .2 and smaller loops, too, 32), and other readers read hardly more of 40 words
+_LEGIBLE = 0.2
+
+
+@dataclass(frozen=True, eq=False)
+class WordReading:
+    """A word as it is read.
+
+    nats : (letters, views) negative logarithms of the probabilities that each letter is read, the others being right.
+    of : of each stroke (n,) int, the letters that its places belong to.
+    """
+
+    nats: Array
+    of: Sequence[Indices]
+
+
+# who reads the word of a number, of which strokes (n, 2) are given, mm; None: nobody can
+ReadingOf = Callable[[int], Callable[[Sequence[Array]], WordReading] | None]
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,83 +52,73 @@ class WrittenWord:
     plans : of each of its movements.
     height : mm, of a letter; hold : how far paths are led through the places that it passed.
     wanted : (9,) the manner of the example, see `measure_manner`; None: there is no example.
-    surprise : nat, the negative logarithm of the probability that strokes (n, 2) mm each read as the word.
+    reads : who reads strokes (n, 2) mm each as the word.
     """
 
     plans: Sequence[LognormalPlan]
     height: float
     hold: float
     wanted: Array | None
-    surprise: Callable[[Sequence[Array]], float] | None = None
+    reads: Callable[[Sequence[Array]], WordReading] | None = None
 
     def choose_paths(self, draws: Sequence[Sequence[LognormalPlan]], keep: float) -> list[Array]:
         """(n, 2) mm, evenly in time, of each movement.
 
         draws : the word's plans with dynamics by chance; keep : the share of its own that stays where nobody reads.
         """
-        if self.surprise is None:
-            return min((self._pass_through(plans, keep) for plans in draws), key=lambda tried: tried.off).paths
-        easy = self.surprise([draw_path(plan, plan, 0.0) for plan in self.plans]) + _HARDER
-        for share in _KEPT:
-            tried = [self._pass_through(plans, share) for plans in draws]
-            hard = [self.surprise(each.paths) for each in tried]
-            if min(hard) <= easy:
+        if self.reads is None:
+            shares = [np.full(plan.strokes, keep) for plan in self.plans]
+            return min((self._move(plans, shares) for plans in draws), key=self._distance)
+        read = self.reads([draw_path(plan, plan, 0.0) for plan in self.plans])
+        over, _, paths = min((self._move_legibly(plans, read) for plans in draws), key=lambda each: each[:2])
+        return self._shape_turns(paths, np.maximum(read.nats, _LEGIBLE) + over)
+
+    def _move_legibly(self, plans: Sequence[LognormalPlan], read: WordReading) -> tuple[float, float, list[Array]]:
+        """How much harder than in plain writing (nat) a letter stays, the distance from the example, and the paths."""
+        assert self.reads is not None
+        easy = np.maximum(read.nats, _LEGIBLE)
+        given = np.zeros(len(easy), dtype=np.intp)  # steps that each letter is taken back
+        of = list[Indices]()  # the letter that each stroke is half-way through in
+        for own, plan in zip(read.of, self.plans, strict=True):
+            pulses = plan.pulses()
+            start, end = pulses.span if plan.strokes else (0.0, 1.0)
+            share = (pulses.time(0.0) - start) / (end - start)
+            of.append(own[np.clip(np.rint(share * (len(own) - 1)), 0, len(own) - 1).astype(np.intp)])
+        while True:
+            paths = self._move(plans, [_KEPT[given[own]] for own in of])
+            over = (self.reads(paths).nats - easy).max(axis=1)
+            hard, free = over > 0, given < len(_KEPT) - 1
+            if not (hard & free).any():  # who is beside a letter may make it hard to read, too
+                hard = np.convolve(hard, (1, 1, 1))[1:-1] > 0
+            if not (hard & free).any():
                 break
-        easy = max(easy, min(hard))
-        best = min((each for each, nat in zip(tried, hard, strict=True) if nat <= easy), key=lambda each: each.off)
-        for k, plan in enumerate(self.plans):
-            for start in range(0, plan.strokes, _RUN):
-                share_of = best.shares[k].copy()
-                share_of[start : start + _RUN] = 0.0
-                path = self._blend_path(k, best.plans[k], share_of)
-                best = self._take_nearer(best, k, path, share_of, easy)
-        return self._shape_turns(best, easy).paths
+            given[hard & free] += 1
+        return max(float(over.max()), 0.0), self._distance(paths), paths
 
-    def _shape_turns(self, best: _MovedWord, easy: float) -> _MovedWord:
-        """The word with those turns shaped as the example's that make it more like it and leave it as readable."""
+    def _shape_turns(self, paths: list[Array], easy: Array) -> list[Array]:
+        """The paths, their turns shaped as the example's where that makes the word more like it and it reads."""
         if self.wanted is None:
-            return best
-        for k, path in enumerate(best.paths):
-            for at, side in reversed(find_turns(path, self.height)):
-                made = shape_turn(best.paths[k], at, side, self.wanted, self.height)
-                if made is not None:
-                    best = self._take_nearer(best, k, made, best.shares[k], easy)
-        return best
+            return paths
+        assert self.reads is not None
+        off = self._distance(paths)
+        for k in range(len(paths)):
+            for at, side in reversed(find_turns(paths[k], self.height)):
+                made = shape_turn(paths[k], at, side, self.wanted, self.height)
+                changed = [*paths[:k], paths[k] if made is None else made, *paths[k + 1 :]]
+                if (now := self._distance(changed)) < off and (self.reads(changed).nats <= easy).all():
+                    paths, off = changed, now
+        return paths
 
-    def _pass_through(self, plans: Sequence[LognormalPlan], keep: float) -> _MovedWord:
-        shares = [np.full(plan.strokes, keep) for plan in self.plans]
-        paths = [self._blend_path(k, plan, share) for k, (plan, share) in enumerate(zip(plans, shares, strict=True))]
-        return _MovedWord(plans, shares, paths, self._distance(paths))
-
-    def _blend_path(self, k: int, told: LognormalPlan, keep: Array) -> Array:
-        """The path of a movement with dynamics between those told and, as far as `keep` (strokes,) says, its own."""
-        known = self.plans[k]
-        if not known.strokes:
-            return draw_path(known, known, self.hold)
-        dt, theta = ((1 - keep) * new + keep * old for new, old in ((told.dt, known.dt), (told.theta, known.theta)))
-        return draw_path(known, plan_of(known.targets, dt, theta), self.hold)
+    def _move(self, plans: Sequence[LognormalPlan], keep: Sequence[Array]) -> list[Array]:
+        """Paths with dynamics between those told and, as far as `keep` (strokes,) of each says, the word's own."""
+        paths = []
+        for known, told, share in zip(self.plans, plans, keep, strict=True):
+            dt, theta = ((1 - share) * a + share * b for a, b in ((told.dt, known.dt), (told.theta, known.theta)))
+            paths.append(draw_path(known, plan_of(known.targets, dt, theta) if known.strokes else known, self.hold))
+        return paths
 
     def _distance(self, paths: Sequence[Array]) -> float:
         return 0.0 if self.wanted is None else manner_distance(measure_manner(paths, self.height), self.wanted)
-
-    def _take_nearer(self, best: _MovedWord, k: int, path: Array, share: Array, easy: float) -> _MovedWord:
-        """The word with another path of one movement, if that is more like the example and as readable; or as it is."""
-        paths = [*best.paths[:k], path, *best.paths[k + 1 :]]
-        assert self.surprise is not None
-        off = self._distance(paths)
-        if off >= best.off or self.surprise(paths) > easy:
-            return best
-        return _MovedWord(best.plans, [*best.shares[:k], share, *best.shares[k + 1 :]], paths, off)
-
-
-@dataclass(frozen=True, eq=False)
-class _MovedWord:
-    """Plans with dynamics by chance, shares (strokes,) of its own ones that each keeps, paths, distance in manner."""
-
-    plans: Sequence[LognormalPlan]
-    shares: list[Array]
-    paths: list[Array]
-    off: float
 
 
 def draw_path(known: LognormalPlan, plan: LognormalPlan, hold: float) -> Array:

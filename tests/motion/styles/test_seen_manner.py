@@ -14,7 +14,7 @@ from handout.motion.styles.learned_movement import see_manner, see_strokes
 from handout.motion.styles.manner import BUILT, MEASURES, SPREADS, manner_distance, measure_manner
 from handout.motion.styles.style import LearnedStyle, Style
 from handout.motion.styles.turns import find_turns, shape_turn
-from handout.motion.styles.word_paths import WrittenWord
+from handout.motion.styles.word_paths import WordReading, WrittenWord, draw_path
 from handout.values import Page
 
 PAGE = Page(160.0, 60.0)
@@ -70,9 +70,11 @@ def test_turns_are_shaped_as_the_example_s():
     path = np.column_stack([np.interp(at, np.arange(7), line[:, k]) for k in (0, 1)])
     wave = np.column_stack([11 * at, 6 - 6 * np.cos(np.pi * at)])
     turns = find_turns(path, 12.0)
+    loops = see_strokes(draw_example("loops").strokes)
+    assert all(shape_turn(path, at, side, loops, 12.0) is None for at, side in turns)  # too open to be looped
     assert [side for _, side in turns] == [1, -1, 1, -1, 1]
     for kind, given, measure, less, more in (
-        ("loops", path, "loops", 0.0, 0.06), ("zigzag", wave, "corners", 0.35, 0.6),
+        ("loops", path * (0.5, 1.0), "loops", 0.0, 0.06), ("zigzag", wave, "corners", 0.35, 0.6),
         ("arches", path, "tops", 0.15, 0.2),
     ):  # fmt: skip
         wanted, made = see_strokes(draw_example(kind).strokes), given
@@ -84,7 +86,7 @@ def test_turns_are_shaped_as_the_example_s():
         assert np.linalg.norm(np.diff(made, axis=0), axis=1).max() < 1.5
 
 
-def test_a_word_stays_as_readable_as_a_reader_wants():
+def test_letters_stay_as_readable_as_a_reader_wants_and_others_keep_the_style():
     xy = np.column_stack([np.linspace(0, 40, 300), 6 * np.sin(np.linspace(0, 25, 300))])
     drawing = replace(
         draw_example("zigzag"), strokes=(replace(draw_example("zigzag").strokes[0], t=np.arange(300) / 100, xy=xy),)
@@ -92,20 +94,32 @@ def test_a_word_stays_as_readable_as_a_reader_wants():
     (plan,) = taken_apart(drawing, 12.0)
     other = replace(plan, theta=np.full(plan.strokes, 1.2))
     wanted = see_strokes(draw_example("loops").strokes)
-    asked = []
+    before = draw_path(plan, plan, 0.0)
 
-    def strict(strokes):
-        asked.append(strokes)
-        away = np.linalg.norm(strokes[0][:, None] - plan.position_at(np.linspace(0, plan.end, 300))[None], axis=2)
-        return float(away.min(axis=1).max())  # a nat a mm
+    def off(strokes):
+        return np.linalg.norm(strokes[0][:, None] - before[None], axis=2).min(axis=1)
 
-    easy = WrittenWord([plan], 12.0, 1.0, wanted, lambda _: 0.0).choose_paths([[other]], 0.75)
-    held = WrittenWord([plan], 12.0, 1.0, wanted, strict).choose_paths([[other]], 0.75)
+    def reader(strict):
+        def read(strokes):
+            """Two letters, left and right of the middle; a nat a tenth of a mm for those that are read strictly."""
+            of = (strokes[0][:, 0] > 20).astype(int)
+            far = [10 * strict[k] * off(strokes)[of == k].max(initial=0) for k in (0, 1)]
+            return WordReading(np.array(far)[:, None], [of])
+
+        return read
+
+    easy, held, half = (
+        WrittenWord([plan], 12.0, 1.0, wanted, reader(strict)).choose_paths([[other]], 0.75)
+        for strict in ((0, 0), (1, 1), (1, 0))
+    )
     alone = WrittenWord([plan], 12.0, 1.0, wanted).choose_paths([[other]], 0.75)
-    assert strict(held) <= strict([plan.position_at(np.linspace(0, plan.end, 300))]) + 0.6 < strict(easy)
-    off = [manner_distance(measure_manner(paths, 12.0), wanted) for paths in (easy, held, alone)]
-    assert off[0] < off[1] and off[0] < off[2] and len(asked) > 6
-    assert seen(easy)["loops"] > seen(held)["loops"]
+    distances = [manner_distance(measure_manner(paths, 12.0), wanted) for paths in (easy, half, held)]
+    assert distances[0] < distances[1] < distances[2] and distances[0] < manner_distance(
+        measure_manner(alone, 12.0), wanted
+    )
+    assert off(held).max() < 0.05 < off(easy).max()
+    left = half[0][:, 0] < 16
+    assert off(half)[left].max() < 0.3 < off(half)[~left].max()
 
 
 @pytest.fixture(scope="module")
