@@ -8,12 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from handout.inking.plain import flatten
 from handout.values import Raster
 
 # ink as it is → ink in the colours by which a printer makes it look so; paper stays transparent
 Calibrate = Callable[[Raster], Raster]
 WHITE = 255  # of 8 bits a channel, the most there is: device RGB that puts no ink on the paper
-_STRIP = 256  # rows put on white at a time, so that a large page needs little memory beside itself
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,12 +64,6 @@ def device_pixels(ink: Raster, calibrate: Calibrate | None = None) -> DevicePixe
         The calibration of printer and paper; without one colours are sent as they are.
     """
     raster = ink if calibrate is None else calibrate(ink)
-    rgba = raster.rgba
-    rgb = np.full((*rgba.shape[:2], 3), WHITE, dtype=np.uint8)
-    for start in range(0, len(rgba), _STRIP):
-        strip = rgba[start : start + _STRIP].reshape(-1, 4)
-        inked = np.flatnonzero(strip[:, 3])
-        ink_of_strip, cover = strip[inked, :3], strip[inked, 3:]
-        mixed = np.clip(ink_of_strip * cover + (1 - cover), 0, 1)
-        rgb[start : start + _STRIP].reshape(-1, 3)[inked] = np.rint(mixed * WHITE).astype(np.uint8)
-    return DevicePixels(rgb, raster.dpi, raster.origin)
+    first, end = raster.rows or (0, len(raster.rgba))
+    rows = Raster(raster.rgba[first : max(end, first + 1)], raster.dpi)  # the others are white
+    return DevicePixels(flatten(rows), raster.dpi, (raster.origin[0], raster.origin[1] + first * 25.4 / raster.dpi))

@@ -151,14 +151,15 @@ def ink(drawing: Drawing, dpi: float, pen: Pen, rng: np.random.Generator) -> Ras
     if pen.model == "plain" and not any(stroke.colour for stroke in drawing.strokes):
         return plain.ink(drawing, dpi, width=pen.width, colour=rgb(pen.colour))
     rgba = np.zeros((*plain.shape(drawing, dpi, pen.width), 4), dtype=np.float32)
-    pixels = rgba.reshape(-1, 4)
+    pixels, ends = rgba.reshape(-1, 4), [0]
     for at, light in _pass_colours(drawing, dpi, pen, rng):
+        ends += [int(at.min()), int(at.max()) + rgba.shape[1]] if len(at) else []
         light = light * (1 - pixels[at, 3:] * (1 - pixels[at, :3]))  # of another colour that is there already
         clear = light.min(axis=1, keepdims=True)
         cover = 1 - clear
         pixels[at, 3:] = cover
         pixels[at, :3] = (light - clear) / np.maximum(cover, 1e-6)
-    return Raster(rgba, dpi)
+    return Raster(rgba, dpi, rows=(min(ends[1:], default=0) // rgba.shape[1], max(ends) // rgba.shape[1]))
 
 
 def image(

@@ -95,10 +95,11 @@ def ink(
     rgba = np.zeros((*cover.shape, 4), dtype=np.float32)
     table = np.empty((256, 4), dtype=np.float32)
     table[:, :3], table[:, 3] = colour, np.arange(256, dtype=np.float32) / 255
-    pixels = rgba.reshape(-1, 4)
-    for at in inked_parts(cover):
+    pixels, rows = rgba.reshape(-1, 4), np.append(np.flatnonzero(cover.any(axis=1)), -1)
+    inked = max(int(rows[0]), 0), int(rows.max()) + 1
+    for at in inked_parts(cover, inked):
         pixels[at] = table[cover.reshape(-1)[at]]
-    return Raster(rgba, dpi)
+    return Raster(rgba, dpi, rows=inked)
 
 
 def image(

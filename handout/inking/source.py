@@ -113,7 +113,7 @@ class InkSource:
         u, v = np.clip(np.rint(self.page.graph.uv[every] - corner).astype(np.intp), 0, np.array(size[::-1]) - 1).T
         owner[v, u], number[v, u] = 0, np.arange(len(every))
         _, label = cv2.distanceTransformWithLabels(owner, cv2.DIST_L2, 5, labelType=cv2.DIST_LABEL_PIXEL)
-        own = np.zeros(int(label.max()) + 1, dtype=np.float32)
+        own = np.zeros(len(every) + 1, dtype=np.float32)
         own[label[v, u]] = number[v, u] >= len(others)
         share = np.asarray(own[label])
         # the glyph's vertices from which the line goes on into another letter

@@ -161,7 +161,7 @@ def nearest(at: NDArray[np.complex128], shape: tuple[int, int]) -> NDArray[np.in
     free = np.ones(shape, dtype=np.uint8)
     free[y, x] = 0
     _, label = cv2.distanceTransformWithLabels(free, cv2.DIST_L2, 5, labelType=cv2.DIST_LABEL_PIXEL)
-    number = np.zeros(int(label.max()) + 1, dtype=np.int32)
+    number = np.zeros(len(at) + 1, dtype=np.int32)
     number[label[y, x]] = np.arange(len(at))
     return np.asarray(number[label])
 

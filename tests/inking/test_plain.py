@@ -151,7 +151,7 @@ def test_flatten_takes_any_raster() -> None:
     rgba[1, 2] = 1.0, 0.0, 0.5, 0.5
     raster = plain.ink(drawn(), 300)
     assert (plain.flatten(raster) == 255).all()
-    flat = plain.flatten(replace(raster, rgba=rgba.transpose(1, 0, 2)), (0.0, 0.0, 1.0))
+    flat = plain.flatten(replace(raster, rgba=rgba.transpose(1, 0, 2), rows=None), (0.0, 0.0, 1.0))
     assert flat[2, 1].tolist() == [128, 0, 191] and flat[0, 0].tolist() == [0, 0, 255]
 
 
