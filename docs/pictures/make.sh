@@ -76,7 +76,7 @@ sheet(sorted(work.glob("envelope-*.png")), 2, here / "envelope.png")
 sheet(sorted(work.glob("alphabet-??.png")) + sorted(work.glob("alphabet-to-*.png")), 2, here / "alphabets.png", 32)
 sheet(sorted(work.glob("of-letter-*.png")), 3, here / "letter-pages.png", 256)
 for picture in ("start", "write", "table-letter", "own-ask", "letters", "styles", "style", "calibration", "jobs"):
-    Image.open(work / "studio" / f"{picture}-desk-light.png").convert("RGB").quantize(64).save(here / f"studio-{picture}.png", optimize=True)
+    Image.open(work / "studio" / f"{picture}-desk-light.png").convert("RGB").quantize(256).save(here / f"studio-{picture}.png", optimize=True)
 sheet([here / "thank-you.png"], 1, here / "thank-you.png")
 sheet([work / "styles.png"], 1, here / "styles.png", 32)
 sheet([work / "tags.png"], 1, here / "tags.png", 32)

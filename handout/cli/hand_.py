@@ -279,7 +279,7 @@ def tag(
     port: int | None = LISTENING,
     no_browser: bool = UNSEEN,
 ) -> None:
-    """Correct the letters of the hand PATH, a .hand file, in the browser: the studio, opened at its page Letters.
+    """Correct the letters of the hand PATH, a .hand file, in the browser: the studio, at Correct letters.
 
     \b
     handout hand tag mine.hand

@@ -173,7 +173,7 @@ export async function show(main, shared, [asked] = []) {
   const read = async (/** @type {string} */ name, /** @type {string[]} */ said) => { await shared.refresh(); Object.assign(draft, { hand: name, said }); go(2); };
   function writeStep() {
     const { line, run } = progress();
-    return [h('h1', {}, 'Write in your hand'), lineIn(draft.hand, 'A line', run, async () => {}, (error) => { wrong.textContent = error?.message || ''; }), line,
+    return [h('h1', {}, 'Write in your hand'), lineIn(draft.hand, 'A line', run, async () => {}, (error) => { wrong.textContent = error?.message || ''; }, true), line,
       h('div', { class: 'row' }, h('a', { class: 'button', href: `#write/${encodeURIComponent(draft.hand)}` }, 'Write a letter in it'), h('a', { class: 'button', href: '#table' }, 'Letters from a table'), onward('Add more sheets', 0))];
   }
   let shown = new AbortController(); // the step that is shown

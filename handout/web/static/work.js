@@ -40,7 +40,7 @@ export function drawing(source, label) {
 }
 
 /** A form that writes a line in a hand; `run` shows its progress, `ready` is waited for, `over` hears why it was refused, or nothing.  @param {string} name @param {string} label @param {Run} run @param {() => Promise<any>} ready @param {(error?: any) => void} over */
-export function lineIn(name, label, run, ready, over) {
+export function lineIn(name, label, run, ready, over, main = false) {
   const line = h('input', { value: 'a quick look at it', maxlength: 80 }), written = h('figure', { class: 'sheet' });
   return h('form', {
     'aria-label': label,
@@ -54,5 +54,5 @@ export function lineIn(name, label, run, ready, over) {
         over();
       } catch (error) { over(error); }
     },
-  }, field(label, line), h('div', { class: 'row after' }, h('button', { class: 'main' }, 'Write it')), written);
+  }, field(label, line), h('div', { class: 'row after' }, h('button', { class: main ? 'main' : undefined }, 'Write it')), written);
 }
