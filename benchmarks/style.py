@@ -8,6 +8,7 @@ after the figures of seed 002 go into the folder ``style-pictures``.
 from __future__ import annotations
 
 import os
+import runpy
 import tempfile
 import time
 from collections.abc import Callable, Sequence
@@ -22,7 +23,7 @@ from msgspec.structs import replace as replaced
 
 from handout.motion.learned import dynamics, sequences, structure, training
 from handout.motion.learned.dynamics import DynamicsModel
-from handout.motion.learned.model import LearnedMovement, taken_apart
+from handout.motion.learned.model import LearnedMovement, learn, taken_apart
 from handout.motion.learned.sequences import INPUTS, MovementSequence
 from handout.motion.reconstruction import planned_page
 from handout.motion.styles.asemic import glyph, tag
@@ -294,6 +295,24 @@ def figures() -> None:
     print(f"wrote {here / 'sheet.png'}")
 
 
+def manners() -> None:
+    """A sheet of four unlike drawings, of which one style is learned, and of what it makes when each of them primes."""
+    example = runpy.run_path(str(Path(__file__).parents[1] / "tests/motion/styles/manners.py"))
+    kinds = example["KINDS"]
+    each = {kind: [example["draw_example"](kind)] for kind in kinds}
+    style = Style(title="four", model=learn(each, np.random.default_rng(1)).movement, brush=find("learned").brush)
+    rows: list[list[Panel]] = []
+    for kind, following in zip(kinds, [*kinds[1:], kinds[0]], strict=True):
+        primed = _primed(style, kind)
+        tags_ = [(f"prime {kind}, temperature {warm}", _primed(style, kind, temperature=warm)) for warm in (0.1, 1.0)]
+        rows.append([(f"example: {kind}", each[kind][0])])
+        rows[-1] += [(name, tag(5, warm, Page(148.0, 105.0), np.random.default_rng(2), warm)) for name, warm in tags_]
+        mixed = tag(5, primed, Page(148.0, 105.0), np.random.default_rng(2), _primed(style, following))
+        rows[-1] += [(f"{kind}, built like {following}", mixed)]
+    Path("style-pictures").mkdir(exist_ok=True)
+    _sheet(rows, Path("style-pictures") / "four-manners.png")
+
+
 def learned_names(style: Style) -> list[str]:
     assert style.model is not None
     return list(style.model.primers)
@@ -360,6 +379,7 @@ def main() -> None:
     legibility()
     speed()
     figures()
+    manners()
 
 
 if __name__ == "__main__":

@@ -209,6 +209,7 @@ class LetterFile:
     name : of the file, for messages.
     folder : that its pictures are looked for in.
     dropped : sentences on what of the source is not written.
+    lines : of the source.
     """
 
     blocks: tuple[Block, ...]
@@ -216,6 +217,7 @@ class LetterFile:
     name: str = "the letter"
     folder: Path = Path()
     dropped: tuple[str, ...] = ()
+    lines: tuple[str, ...] = ()
 
     def wrong(self, line: int, what: str, kind: type[InputError] = InputError) -> InputError:
         """The error that something in a line of the source is."""

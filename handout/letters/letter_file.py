@@ -241,7 +241,7 @@ class _LetterReader:
         blocks = self._blocks(nodes, SpanManner())
         if not any(map(_leaves_ink, blocks_in(blocks))):
             raise InputError(f"{self.name} holds nothing to write.")
-        return LetterFile(blocks, head, self.name, self.folder or Path(), tuple(self.dropped))
+        return LetterFile(blocks, head, self.name, self.folder or Path(), tuple(self.dropped), tuple(self.lines))
 
     def _check_nesting(self, tokens: Sequence[Token]) -> None:
         """Refuse words within more emphasis and links than anybody writes; of blocks `_blocks` does."""

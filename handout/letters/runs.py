@@ -28,8 +28,8 @@ from handout.letters.document import (
     TextSpan,
     blocks_in,
 )
-from handout.writing.choosing import NO_REWRITES, GlyphChooser, Rewrites, choices
-from handout.writing.compose import Proofreader, handwriting, set_paragraph
+from handout.writing.choosing import NO_REWRITES, GlyphChooser, Rewrites
+from handout.writing.compose import Proofreader, handwriting, keep_setting
 from handout.writing.pages import Handwriting, Unit, Word
 from handout.writing.slips import slip
 from handout.writing.text import FormulaLetters, Piece, normalise, paragraphs_of
@@ -97,6 +97,10 @@ class Runs:
     def text(self, hand: str) -> str:
         """All that a hand writes, a run a line."""
         return "\n".join("".join(span.text for span in run.spans) for run in self.of_hand(hand))
+
+    def lines(self, hand: str) -> list[int]:
+        """The line of the source for each place in that text."""
+        return [span.line for span in _spans(self.of_hand(hand))]
 
     def locate_message(self, hand: str, message: str) -> str:
         """A message about places in the text of a hand, which names the lines of the letter instead."""
@@ -214,10 +218,9 @@ def write_runs(
             for run, pieces in zip(own, parted, strict=True)
         ]
     choosers = [GlyphChooser(writer.stock, stream, min(options.jitter, 1.0)) for stream in streams]
-    words = [
-        tuple(_words(set_paragraph(writer, choosers[0], chosen, proofread, options.rewrites), run, ratio, spans))
-        for run, chosen in zip(own, choices(parted, choosers), strict=True)
-    ]
+    key = ("letter", tuple(seed), options.jitter, options.rewrites, bool(options.slips))
+    set_pieces = keep_setting(key, hand, writer, choosers, proofread, options.rewrites)
+    words = [tuple(_words(set_pieces(pieces), run, ratio, spans)) for run, pieces in zip(own, parted, strict=True)]
     return Writer(hand, writer, ratio, tuple(words))
 
 

@@ -5,6 +5,7 @@ A page is a function of the letter, the options, the seed and the row: `draw_let
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, fields, replace
@@ -100,11 +101,15 @@ class LetterDocument:
         tell(0.0, "setting the letter")
         hands, pages = _set_pages(self, row)
         about = {"title": texts.title(self.letter.text), "pages": len(pages)} | ({} if row is None else {"row": row})
+        at, shown = self.task.layout.at, [*enumerate(pages, 1)]
+        if at is not None and len(pages) > 1:
+            shown = [shown[_find_page(self.letter, pages, at)]]
         drawings = []
-        for number, page in enumerate(pages, 1):
-            tell(_SET + (1 - _SET) * (number - 1) / len(pages), f"writing {number}/{len(pages)}")
+        for count, (number, page) in enumerate(shown):
+            tell(_SET + (1 - _SET) * count / len(shown), f"writing {number}/{len(pages)}")
             drawings.append(_draw_page(page, self, hands, {**about, "page_number": number}, wanted))
-        return Pages([page.whole for page in pages], drawings, partial(_word_places, self, pages))
+        one = shown[0][0] if len(shown) < len(pages) else None
+        return Pages([page.whole for _, page in shown], drawings, partial(_word_places, self, shown), one)
 
     def check(self, row: int | None = None) -> None:
         """Set the pages and draw none; raises as `draw` does."""
@@ -176,10 +181,32 @@ def _path_beside(letter: LetterFile, name: str) -> str:
     return str(path) if Path(name).suffix and path.is_file() else name
 
 
-def _word_places(task: LetterDocument, pages: Sequence[LetterPage]) -> tuple[Facts, ...]:
+def _find_page(letter: LetterFile, pages: Sequence[LetterPage], at: int) -> int:
+    """Which page, from 0, holds a place in a letter's source: of a line on several, as far on as in the line."""
+    ends = list(accumulate(len(line) + 1 for line in letter.lines))
+    line = min(bisect_right(ends, at), len(ends) - 1) + 1
+    share = min(1.0, 1 - (ends[line - 1] - at) / (len(letter.lines[line - 1]) + 1))
+    runs = runs_of(letter)  # without page numbers, which come behind all others
+    of_places = {name: runs.lines(name) for name in runs.hands}
+    found = [
+        sorted(
+            of_places[voice.hand][placed.at]
+            for voice, layer in page.layers.items()
+            for one in layer.lines
+            for placed in one.placed
+            if placed.at < len(of_places.get(voice.hand, ()))
+        )
+        for page in pages
+    ]
+    here = sum(lines.count(line) for lines in found)
+    before = accumulate(lines.count(line) if here else len(lines) and lines[-1] >= line for lines in found)
+    return next((n for n, count in enumerate(before) if count and count >= share * here), len(pages) - 1)
+
+
+def _word_places(task: LetterDocument, pages: Sequence[tuple[int, LetterPage]]) -> tuple[Facts, ...]:
     """Each word and its box, as of a text; `at` counts through the texts of all hands, see `_first_places`."""
     first, found = _first_places(runs_of(task.letter, _page_numbers(task.letter)), task.tasks), dict[int, Facts]()
-    for number, page in enumerate(pages, 1):
+    for number, page in pages:
         for voice, manuscript in page.layers.items():
             for word in texts.word_places([manuscript]):
                 # what is struck out comes before the word in whose place it stands

@@ -152,7 +152,13 @@ def _ink_on_line(strip: NDArray[np.float32], blocks: tuple[NDArray[np.int_], ...
     spread = 1.48 * np.median(np.abs(darker), axis=(1, 2), keepdims=True)
     paper = np.percentile(strip[[0, 1, -2, -1]], 75, axis=(0, 1))
     dark = np.asarray((paper - strip > _ERASURE.beyond).any(axis=2), dtype=np.uint8)
-    dark[2:-2] = (darker > np.maximum(_ERASURE.noise * spread, _ERASURE.least)).any(axis=2)
+    # how far each pixel's colour is from any mixture of the paper's and the line's
+    axis = (paper - line.min(axis=(0, 1))) / np.linalg.norm(paper - line.min(axis=(0, 1)))
+    aside = np.linalg.norm((paper - strip) - ((paper - strip) @ axis)[:, :, None] * axis, axis=2)
+    outer = np.concatenate([aside[:2][dark[:2] > 0], aside[-2:][dark[-2:] > 0]])
+    coloured = len(outer) > 0 and float(np.median(outer)) > _ERASURE.beyond
+    stands_out = (darker > np.maximum(_ERASURE.noise * spread, _ERASURE.least)).any(axis=2)
+    dark[2:-2] = aside[2:-2] > 0.5 * _ERASURE.beyond if coloured else stands_out
     # between ink above the line's middle and ink below it there is ink
     between = cv2.morphologyEx(dark, cv2.MORPH_CLOSE, np.ones((len(own) + 1, 1), np.uint8)) - dark
     dark = np.maximum(dark, cv2.erode(between, np.ones((1, _ERASURE.grain), np.uint8)))

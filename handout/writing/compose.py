@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
 from itertools import groupby, islice, tee
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -110,21 +110,9 @@ def each_page(
     if slip_stream is not None:
         paragraphs = slip(paragraphs, slips, slip_stream)
     choosers = [GlyphChooser(writer.stock, stream, min(layout.jitter, 1.0)) for stream in streams]
-    key = None
-    if not isinstance(seed, np.random.Generator):
-        key = (hand, tuple(seed), layout.jitter, rewrites, bool(slips), proofread and proofread.manner)
-    writing = TextWriting(KeptText() if key is None else last_text(key), (*choosers, *writer.writers))
-    read = [] if proofread is None else proofread.words
-
-    def set_part(pieces: Sequence[Piece]) -> Sequence[tuple[Choice, Unit[Any]]]:
-        part = [(piece, getattr(piece, "__dict__", None)) for piece in pieces]  # what formulas and slips are, too
-        chosen = choose_words(pieces, choosers)
-        return writing.write(part, lambda: list(_set_words(writer, choosers[0], chosen, proofread, rewrites)), read)
-
-    words = (
-        _gather_formulas((pair for part in _parts(pieces, writer) for pair in set_part(part)), writer)
-        for pieces in paragraphs
-    )
+    key = () if isinstance(seed, np.random.Generator) else (tuple(seed), layout.jitter, rewrites, bool(slips))
+    set_pieces = keep_setting(key, hand, writer, choosers, proofread, rewrites)
+    words = (set_pieces(pieces) for pieces in paragraphs)
     layout, rows = rows_on_pages(words, writer.pitch, layout, pages)
     return paginate(rows, writer, layout, rng)
 
@@ -160,6 +148,28 @@ def each_part(
             yield next(paginate(rows, writer, fitting, rng.spawn(1)[0]))
         except DoesNotFit:
             yield None
+
+
+def keep_setting(
+    key: tuple[Hashable, ...],
+    hand: Hand | ScannedHand,
+    writer: Any,
+    choosers: Sequence[GlyphChooser],
+    proofread: Proofreader | None,
+    rewrites: Rewrites,
+) -> Callable[[Sequence[Piece]], Iterator[Unit[Any]]]:
+    """What sets paragraphs one after the other, and takes those with which the last text of the same key began as they
+    were; key : all that they depend on besides hand and letters, () where nothing is kept."""
+    kept = last_text((hand, proofread and proofread.manner, *key)) if key else KeptText()
+    writing = TextWriting(kept, (*choosers, *writer.writers))
+    read = [] if proofread is None else proofread.words
+
+    def set_part(pieces: Sequence[Piece]) -> Sequence[tuple[Choice, Unit[Any]]]:
+        part = [(piece, getattr(piece, "__dict__", None)) for piece in pieces]  # what formulas and slips are, too
+        chosen = choose_words(pieces, choosers)
+        return writing.write(part, lambda: list(_set_words(writer, choosers[0], chosen, proofread, rewrites)), read)
+
+    return lambda pieces: _gather_formulas((pair for part in _parts(pieces, writer) for pair in set_part(part)), writer)
 
 
 def set_paragraph(

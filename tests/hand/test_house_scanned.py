@@ -58,7 +58,7 @@ WORKED_OUT = {
     "surprise 7": (3, 1.9206849, 0.9836607),
     "manner 7": (3118, 1079.9034148, -2.0358083),
     "inks 1": (293, 3560338.0000001, 1923659.8310700),
-    "strokes by house-joined, house-quick, house-print 7": (2745, 2325.4672649, 2223.4369112),
+    "strokes by house-joined, house-quick, house-print 8": (2745, 2325.4672649, 2223.4369112),
 }
 
 

@@ -74,6 +74,18 @@ def test_the_stems_of_a_capital_h_are_pulled_down_and_its_bar_to_the_right():
     assert bar == pytest.approx(np.array([(-0.6, 1), (1.8, 1)]))
 
 
+def test_a_t_that_is_led_in_from_the_line_goes_round_its_loop_and_its_bar_comes_last():
+    low, crossed, top = (0, 0.7), (0.2, 1.0), (0.42, 2.1)
+    body = [[(-0.8, 0), (-0.4, 0.35), low], [low, crossed], [low, (-0.02, 0.3), (0.1, 0.05), (0.4, 0.1)]]
+    loop = [[crossed, (0.65, 1.6), (0.7, 1.9), top], [top, (0.22, 1.8), (0.1, 1.5), crossed]]
+    t = line([*body, *loop, [(-0.45, 1.0), crossed], [crossed, (0.6, 1.05)]])
+    main, bar = strokes(t, trace_letter(t, "t"))
+    assert main[[0, -1]] == pytest.approx(np.array([(-0.8, 0), (0.4, 0.1)]))
+    right, left = (int(np.hypot(*(main - place).T).argmin()) for place in ((0.65, 1.6), (0.1, 1.5)))
+    assert right < left  # up on the right, over, and down
+    assert bar[[0, -1]] == pytest.approx(np.array([(-0.45, 1.0), (0.6, 1.05)]))
+
+
 def test_a_guide_leads_over_a_letter_as_its_form_goes():
     h = _capital_h()
     net = build_network(h.xy, h.radius, h.density, h.edges)

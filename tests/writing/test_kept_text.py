@@ -3,9 +3,11 @@ from functools import partial
 import pytest
 
 from handout.page_sizes import page
+from handout.pipeline.inputs import sent_source
 from handout.pipeline.options import SheetOptions, WritingOptions
 from handout.pipeline.rereading import reread
 from handout.pipeline.texts import STROKES, TextDocument, prepare
+from handout.pipeline.writing import open_document
 from handout.writing.compose import each_page
 from handout.writing.kept_text import last_text
 from handout.writing.layout import Layout
@@ -102,3 +104,44 @@ def test_a_page_by_itself_is_as_among_all(options):
 
 def test_one_page_is_all_there_is():
     assert pages_of("the ten", "house-joined", at=3).number is None
+
+
+LETTERS = (  # typed one after the other: bold, an ink of its own, a hand of its own, a table, a formula
+    "# ten hens\n\nthe **men** met\n\nthen the hen met ten men\n\nten",
+    "# ten hens\n\nthe **men** met\n\nthen the hen met ten men\n\nten [men]{ink=red} met",
+    "# ten hens\n\nthe **men** met\n\nthen [the hen]{hand=house-print} met ten men\n\nten [men]{ink=red} met $a^b$",
+    "# ten hens\n\nthe **men** met\n\nthen [the hen]{hand=house-print} met\n\n|ten|hen|\n|--|--|\n|met|men|\n\nten",
+)
+
+
+def letter_pages(text, hand, **options):
+    at = options.pop("at", None)
+    writing = WritingOptions(hand=hand, seed=4, fallback=True, **options)
+    return open_document(sent_source(text, True), writing, SheetOptions(page="60x40mm", at=at)).draw(STROKES)
+
+
+@pytest.mark.parametrize("options", [{}, {"slips": 60.0}, {"rewritten": ((4, 2),)}])
+@pytest.mark.parametrize("hand", ["house-joined", None])
+def test_a_letter_file_that_is_typed_on_is_written_as_if_it_were_new(small_hand, hand, options):
+    new = []
+    for text in LETTERS:
+        last_text.cache_clear()
+        new.append(told(letter_pages(text, hand or small_hand, **options)))
+    last_text.cache_clear()
+    assert [told(letter_pages(text, hand or small_hand, **options)) for text in LETTERS] == new
+
+
+def test_a_page_of_a_letter_file_by_itself_is_as_among_all():
+    text = "\n\n".join([*LETTERS[:3], "the men met then the ten hens " * 9])
+    strokes, glyphs, about, words = told(letter_pages(text, "house-joined"))
+    asked = [0, text.index("\n\nthe **men**"), text.rindex("$a^b$"), len(text) - 150, len(text) + 5]
+    numbers = []
+    for at in asked:
+        page = letter_pages(text, "house-joined", at=at)
+        numbers.append(page.number)
+        assert told(page) == ([strokes[page.number - 1]], [glyphs[page.number - 1]], [about[page.number - 1]],
+                              tuple(word for word in words if word["page"] == page.number))  # fmt: skip
+    assert numbers == sorted(numbers) and numbers[0] == 1 and numbers[-1] == len(strokes) > numbers[-2] > numbers[2]
+    marked = next(word["page"] for word in words if word["word"].startswith("a"))
+    assert abs(numbers[2] - marked) <= 1
+    assert letter_pages("the **ten**", "house-joined", at=3).number is None

@@ -185,13 +185,11 @@ def _search(
     net = subnetwork(net, rest, [*(v for v in turns if v not in rings), *seams, *bar_ends])
     ends = Ends(*(_ends_at(net, vertices) for vertices in (line.entries, line.exits, line.bar_entries)))
     foreign = _foreign_bars(net, line)
-    cheap = _with_crossbars(net, line, letter, ends, foreign, weights)
+    cheap = _with_crossbars(net, line, letter, ends, foreign, weights, laid)
     least = min(traversal.cost for traversal in cheap)
     cheap = [traversal for traversal in cheap if traversal.cost <= least + _MARGIN]
-    if laid is not None and not foreign and not line.own_bars:
-        there = {traversal.strokes for traversal in cheap}
-        guided = _search_guided(net, line.x_height, ends, laid, weights)
-        cheap += [traversal for traversal in guided if traversal.strokes not in there]
+    if not foreign and not line.own_bars:
+        cheap += _search_guided(net, line.x_height, ends, laid, weights, cheap)
     return _TracedLetter(line, letter, net, cheap, foreign, laid)
 
 
@@ -201,14 +199,20 @@ def _foreign_bars(net: BranchNetwork, line: LetterLine) -> list[tuple[int, ...]]
 
 
 def _search_guided(
-    net: BranchNetwork, x_height: float, ends: Ends, laid: _Laid, weights: CostWeights
+    net: BranchNetwork,
+    x_height: float,
+    ends: Ends,
+    laid: _Laid | None,
+    weights: CostWeights,
+    known: Sequence[Traversal],
 ) -> list[Traversal]:
-    """Search the traversals that follow forms of other than built-in hands; none where there are no such forms."""
-    taught = np.flatnonzero(~laid.forms.drawn)
-    if not len(taught):
+    """Search the traversals, besides those known, that follow forms of other than built-in hands, if there are any."""
+    taught = np.zeros(0, dtype=np.intp) if laid is None else np.flatnonzero(~laid.forms.drawn)
+    if laid is None or not len(taught):
         return []
-    guides = form_guides(net, laid.xy[taught], laid.forms.stroke_of[taught])
-    return guided_search(net, x_height, guides, Ends(ends.entries, ends.exits), weights=weights)
+    guides, there = form_guides(net, laid.xy[taught], laid.forms.stroke_of[taught]), {t.strokes for t in known}
+    guided = guided_search(net, x_height, guides, Ends(ends.entries, ends.exits), weights=weights)
+    return [traversal for traversal in guided if traversal.strokes not in there]
 
 
 def _nearest(
@@ -229,7 +233,13 @@ def _nearest(
 
 
 def _with_crossbars(
-    net: BranchNetwork, line: LetterLine, letter: str, ends: Ends, foreign: _Chains, weights: CostWeights
+    net: BranchNetwork,
+    line: LetterLine,
+    letter: str,
+    ends: Ends,
+    foreign: _Chains,
+    weights: CostWeights,
+    laid: _Laid | None,
 ) -> list[Traversal]:
     """Traversals with the crossbars found beforehand, which come last; where there are none, other traversals."""
     bar_chains = [chain for bar in line.own_bars for chain in crossbar_chains(net, bar, line.entries)]
@@ -238,9 +248,9 @@ def _with_crossbars(
     if not bar_chains and not line.own_bars and letter in CROSSED | CROSSED_ASLANT:
         bar = find_crossbar(net, _bar_starts(net, ends, foreign), line.x_height, aslant=letter in CROSSED_ASLANT)
         if bar:
-            barred += _beside_bars(net, line.x_height, [*foreign, bar], search, weights)
+            barred += _beside_bars(net, line.x_height, [*foreign, bar], search, weights, laid)
     if not barred:
-        barred += _beside_bars(net, line.x_height, [*foreign, *bar_chains], search, weights)
+        barred += _beside_bars(net, line.x_height, [*foreign, *bar_chains], search, weights, laid)
     return barred or beam_search(net, line.x_height, ends, weights=weights, most=_TRAVERSALS)
 
 
@@ -252,7 +262,7 @@ def _bar_starts(net: BranchNetwork, ends: Ends, foreign: _Chains) -> list[int]:
 
 
 def _beside_bars(
-    net: BranchNetwork, x_height: float, bars: _Chains, ends: Ends, weights: CostWeights
+    net: BranchNetwork, x_height: float, bars: _Chains, ends: Ends, weights: CostWeights, laid: _Laid | None
 ) -> list[Traversal]:
     """Traversals of a letter beside its crossbars, which come last; none if there is nothing else."""
     if not bars:
@@ -267,6 +277,7 @@ def _beside_bars(
     )
     rest = subnetwork(net, beside)
     traversals = beam_search(rest, x_height, Ends(entries, exits), weights=weights, most=_TRAVERSALS)
+    traversals += _search_guided(rest, x_height, Ends(entries, exits), laid, weights, traversals)
     return [
         Traversal((*(tuple(2 * beside[e >> 1] + (e & 1) for e in s) for s in t.strokes), *bars), t.cost, tuple(bars))
         for t in traversals

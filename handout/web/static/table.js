@@ -12,7 +12,7 @@ const TO = { pdf: 'a PDF file', printer: 'a printer', plotter: 'a plotter, with 
 /** @type {Record<string, string>} */
 const STATES = { new: 'no proof yet', proofed: 'waits for your approval', approved: 'approved, not made', 'broken off': 'stopped on the way', done: 'done' };
 const STEPS = ['Table', 'Letter', 'Paper', 'Proof', 'Make'];
-const PAUSE = 300; // ms after the last key until the page of a row is new
+const PAUSE = 100, REST = 500; // ms after the last key until the first page of a row is new, then all of them
 const SCREEN_DPI = 110;
 /** @type {Record<string, string>} */
 const LETTERS = {
@@ -156,7 +156,9 @@ export async function show(main, shared, [name]) {
   const view = h('section', { class: 'desk', 'aria-label': 'The letter of a row' },
     h('div', { class: 'tools' }, h('span', { class: 'quiet', 'aria-hidden': 'true' }, 'Row'), button('‹', () => turn(-1), false, { class: 'icon', 'aria-label': 'Row before' }), asks, button('›', () => turn(1), false, { class: 'icon', 'aria-label': 'Next row' }), who),
     h('div', { class: 'asks' }, wrong), h('div', { class: 'paper', tabindex: 0, 'aria-label': 'The page, to scroll' }, side));
-  async function previewed() {
+  /** The letter of a row: the first of its pages at once, and when typing rests all, which are counted. */
+  async function previewed(all = false) {
+    clearTimeout(waiting);
     showing?.abort();
     const own = showing = new AbortController();
     row = known.numbers.includes(row ?? 0) ? row : (known.rows.find((one) => !one.why.length) ?? known.rows[0])?.row; // first one that is as it should be
@@ -173,14 +175,15 @@ export async function show(main, shared, [name]) {
       wrong.textContent = [trouble, ...why].filter(Boolean).join('; '); // of what is wrong with a row a page may be shown all the same
       if (!filled || trouble) { side.replaceChildren(); return; }
       const drawn = shared.choices.hands.find((each) => each.name === draft.hand)?.drawn;
-      const wanted = { text: filled, letter: Boolean(draft.markdown), hand: draft.hand, page: draft.page, fallback: true, seed: row, ...(drawn ? { format: 'svg' } : { format: 'png', dpi: SCREEN_DPI }) };
+      const wanted = { text: filled, letter: Boolean(draft.markdown), hand: draft.hand, page: draft.page, fallback: true, seed: row, ...(all ? {} : { at: 0 }), ...(drawn ? { format: 'svg' } : { format: 'png', dpi: SCREEN_DPI }) };
       side.classList.add('coming');
       if (!side.firstChild) side.append(h('span', { class: 'skeleton' }));
       const done = drawn ? await request('POST', '/api/write', wanted, own.signal) : await task('/api/write', wanted, () => {}, own.signal);
       if (drawn) {
         side.replaceChildren(drawing(await fetched(fileOf(done), own.signal), filled));
       } else side.replaceChildren(picture(await blob(fileOf(done), '', 'GET', undefined, own.signal), filled));
-      if (done.facts.pages > 1) wrong.textContent += `It needs ${done.facts.pages} pages of ${draft.page}; the first is shown.`;
+      if (done.facts.page) waiting = setTimeout(previewed, REST, true);
+      else if (done.facts.pages > 1) wrong.textContent += `It needs ${done.facts.pages} pages of ${draft.page}; the first is shown.`;
     } catch (/** @type {any} */ error) {
       if (error.name !== 'AbortError') wrong.textContent = error.message;
     } finally {
@@ -189,7 +192,7 @@ export async function show(main, shared, [name]) {
   }
   function soon() {
     clearTimeout(waiting);
-    waiting = setTimeout(previewed, PAUSE);
+    waiting = setTimeout(previewed, PAUSE, false);
   }
 
   function draw() {

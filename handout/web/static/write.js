@@ -166,7 +166,7 @@ export async function show(main, shared, [hand]) {
   let laid = /** @type {[string, string, number[] | null] | null} */ (null); // how a short text lay before it was centred
   let held = /** @type {Map<string, number> | null} */ (null); // of a letter that was changed, the words that are written again, until it is known where they went
   let stale = false; // whether something was changed since what is shown was asked for
-  let page = 0, pages = 1, at = 0; // the page that is looked at, how many are known, and a place in the text that is on it
+  let page = 0, pages = 1, at = /** @type {number | null} */ (0); // the page that is looked at, how many are known, and a place in the text that is on it
   let took = 0, last = /** @type {Done} */ (/** @type {any} */ (null)), lines = /** @type {Done | null} */ (null), coming = /** @type {AbortController | null} */ (null), waiting = 0, stopped = /** @type {(() => void) | null} */ (null);
   let resting = false, next = false; // whether what comes is all pages; whether another is to be written behind it
 
@@ -195,6 +195,9 @@ export async function show(main, shared, [hand]) {
     const most = Math.max(Math.min((room.width - 40) / wide, (room.height - 40) / high, 8), 260 / wide);
     sheet.style.width = `${wide * most}px`; sheet.style.height = `${high * most}px`;
   }
+
+  /** A place in the text, of one that a word has; of a letter file nobody knows, since its words stand between signs: null. */
+  const placeOf = (/** @type {number | null} */ of) => (made.kind.value === 'letter' ? null : of);
 
   /** What is asked, with what was done to the page itself. */
   const asking = () => ({
@@ -276,7 +279,7 @@ export async function show(main, shared, [hand]) {
     const [wide, high] = [Number(sheet.dataset.wide), Number(sheet.dataset.high)], edge = Math.min(wide, high) / 10;
     /** @template {{page: number, box: Box | null}} One @param {One[]} [all] */
     const here = (all) => /** @type {(One & {box: Box})[]} */ ((all || []).filter((one) => one.page === page + 1 && one.box));
-    const write = (/** @type {number} */ word, /** @type {number} */ times) => { if (times > 0) rewritten.set(word, times); else rewritten.delete(word); at = word; soon(); };
+    const write = (/** @type {number} */ word, /** @type {number} */ times) => { if (times > 0) rewritten.set(word, times); else rewritten.delete(word); at = placeOf(word); soon(); };
     sheet.append(marks({
       wide, high, mode, chosen, words: here(last.facts.words), doubts: here(last.facts.doubtful), margin: margin || [edge, edge, edge, edge],
       choose: (word) => { chosen = word.at; spoken.textContent = word.word; },
@@ -301,7 +304,7 @@ export async function show(main, shared, [hand]) {
       coming = null; stale = true;
       return;
     }
-    const body = { ...asking(), ...(alone ? { at } : {}) };
+    const body = { ...asking(), ...(alone && at !== null && !held ? { at } : {}) };
     let refused = false;
     try {
       if (quick()) {
@@ -346,7 +349,7 @@ export async function show(main, shared, [hand]) {
     if (stale || coming || last?.facts.page) await drawn();
     if (stale || !last) return;
     page += by;
-    at = (last.facts.words || []).find((word) => word.page === page + 1)?.at ?? at;
+    at = placeOf((last.facts.words || []).find((word) => word.page === page + 1)?.at ?? at);
     try {
       placed(await (lines && !inked() ? lined(last) : pictured(last)), last);
     } catch { drawn(); } // its files are not kept for ever
