@@ -323,9 +323,7 @@ def test_a_pen_draws_on_the_page_of_letters_and_fingers_move_it(page):
 def test_a_word_is_written_again_and_the_block_is_moved_by_keys_alone(page):
     page.goto(page.home + "#write")
     page.get_by_label("Text", exact=True).fill("Dear Ada, again")
-    page.locator(
-        '.sheet svg[aria-label="Dear Ada, again"]'
-    ).wait_for()  # no more the text before
+    page.locator('.sheet svg[aria-label="Dear Ada, again"]').wait_for()  # no more the text before
     page.get_by_role("button", name="Rewrite a word", exact=True).press("Enter")
     for key in ("ArrowRight", "Enter"):
         page.locator(".marks.words:focus").press(key)
