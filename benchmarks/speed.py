@@ -2,7 +2,7 @@
 
 Each row is the least of some runs, the interpreter's start included, with one thread of linear algebra; a yardstick is
 `benchmarks.write`'s, taken beside each row, so that figures from two machines, or from a busy one, can be compared.
-A row of a batch is what 24 rows take more than 8, divided by 16.  Two processes may spend one's time by .95, in sum.
+A row of a batch is what 24 rows take more than 8, divided by 16; `benchmarks.scale` tells what several processes cost.
 The first page of a merged letter is there when the destination is given it; until then the whole table was checked.
 """
 
@@ -108,7 +108,6 @@ def main() -> None:
             batch = ("--hand", hand, "--fallback", "--dry-run", folder / "out.pdf", "--jobs")
             little, much = (spend("print", table, *batch, "1", runs=1) for table in (few, more))
             show(f"an envelope, {hand}, 600 dpi", (much - little) / (_MORE - _FEW), goal)
-            show(f"{_MORE} envelopes, {hand}, two processes", spend("print", more, *batch, "2", runs=1), much / 0.95)
 
 
 if __name__ == "__main__":
