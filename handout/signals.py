@@ -162,9 +162,15 @@ def _interrupt_once(_number: int, _frame: FrameType | None) -> None:
 def ignore() -> None:
     """Hear no more signals while the last words are said, nor Ctrl-C until the program has ended: a traceback else."""
     if threading.current_thread() is threading.main_thread():
-        for name in ("SIGINT", "SIGTERM", "SIGHUP"):
-            if (number := getattr(signal, name, None)) is not None:
-                signal.signal(number, signal.SIG_IGN)
+        numbers = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
+        # Python writes a traceback of one that comes while it is told to ignore it: hear it, hold it back, ignore it
+        for number in numbers:
+            signal.signal(number, lambda *_: None)
+        before = signal.pthread_sigmask(signal.SIG_BLOCK, numbers) if hasattr(signal, "pthread_sigmask") else None
+        for number in numbers:
+            signal.signal(number, signal.SIG_IGN)
+        if before is not None:
+            signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _stop(number: int, _frame: FrameType | None) -> None:
