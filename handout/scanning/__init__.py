@@ -5,7 +5,8 @@
 - `scan`: the nouns `Picture` (what a file holds) and `Scan` (a picture of known resolution)
 - `picture_files`: reads them from files; `pdf_pages`: a format that needs more than Pillow
 - `checks`: everything that can refuse a scan; add a check here.  `page_layout`: two checks of the whole picture
-- `paper`: light, stains and borders; `inks`: the colours of paper, inks and printed ruling
+- `line_erasure`: printed rules and squares taken out, which `printed_lines` finds
+- `paper`: light, stains and borders; `inks`: the colours of paper and inks
 - `density`: how much ink lies on every pixel
 - `mask`: which pixels are ink, by `graph_cut`
 - `skeleton`, `line_graph`: the line that the pen left, with its width

@@ -49,14 +49,21 @@ _ERASURE = ErasureSettings()
 
 
 def erase_printed_lines(scan: Scan) -> tuple[Scan, int]:
-    """A scan without the lines that were printed on its paper, and how many these were; 0 for plain paper."""
+    """A scan without the lines that were printed on its paper, and how many these were; 0 for plain paper.
+
+    The sheet may lie on its side, with its rules upright.
+    """
     height, width = (side * scan.pixel for side in scan.shape)
-    sheet = find_printed_lines(scan.rgb, width, height)
+    rgb = scan.rgb.copy()
+    upright, lying = rgb, rgb.transpose(1, 0, 2)
+    sheet = find_printed_lines(upright, width, height)
+    if sheet is None:
+        sheet = find_printed_lines(np.ascontiguousarray(lying), height, width)
+        upright, lying = lying, upright
     if sheet is None:
         return scan, 0
-    rgb = scan.rgb.copy()
     count = 0
-    for lines, apart, along in ((sheet.across, sheet.fine, rgb), (sheet.down, sheet.columns, rgb.transpose(1, 0, 2))):
+    for lines, apart, along in ((sheet.across, sheet.fine, upright), (sheet.down, sheet.columns, lying)):
         if not lines:
             continue
         places, slopes = np.array([(line.at, line.slope) for line in lines]).T
@@ -153,7 +160,8 @@ def _ink_on_line(strip: NDArray[np.float32], blocks: tuple[NDArray[np.int_], ...
     paper = np.percentile(strip[[0, 1, -2, -1]], 75, axis=(0, 1))
     dark = np.asarray((paper - strip > _ERASURE.beyond).any(axis=2), dtype=np.uint8)
     # how far each pixel's colour is from any mixture of the paper's and the line's
-    axis = (paper - line.min(axis=(0, 1))) / np.linalg.norm(paper - line.min(axis=(0, 1)))
+    away = paper - line.min(axis=(0, 1))
+    axis = away / max(float(np.linalg.norm(away)), 1.0)
     aside = np.linalg.norm((paper - strip) - ((paper - strip) @ axis)[:, :, None] * axis, axis=2)
     outer = np.concatenate([aside[:2][dark[:2] > 0], aside[-2:][dark[-2:] > 0]])
     coloured = len(outer) > 0 and float(np.median(outer)) > _ERASURE.beyond

@@ -21,7 +21,7 @@ from handout.summary import one_line
 
 _GROW = 0.34  # mm: 4 pixels at 300 dpi, 8 at 600
 _EDGE = 0.085  # mm: 1 pixel at 300 dpi, twice the deviation of a flatbed's blur
-_WINDOW = 400  # pixels: side of the windows of a ruled page
+_WINDOW = 400  # pixels: side of the windows that `fill_textured` fills
 _RADIUS = 3.0  # pixels, of Telea's method
 
 

@@ -105,6 +105,8 @@ def find_printed_lines(rgb: NDArray[np.uint8], width: float, height: float) -> P
     if row is None:
         return None
     rules, fine = _heavy(*row)
+    if len(rules) < 2:
+        return None
     pitch = _pitch(rules)
     least, most = _SEARCH.pitches
     if not least <= pitch <= most or float(np.median([rule.seen for rule in rules])) < _SEARCH.seen:

@@ -84,7 +84,8 @@ class PreparedScan:
 
     def turn_quarters(self, quarters: int) -> PreparedScan:
         """The page turned anticlockwise by a number of quarter turns."""
-        return prepare(self.scan.turn_quarters(quarters))
+        turned = prepare(self.scan.turn_quarters(quarters))
+        return replace(turned, erased=self.erased + turned.erased)
 
 
 @dataclass(frozen=True, eq=False)

@@ -98,8 +98,8 @@ class PhoneDoor:
         origins = {value for name, value in scope["headers"] if name == b"origin"}
         key = scope["path"].split("/")[1] if scope["path"].startswith("/") else ""
         known = secrets.compare_digest(key.encode(), self.key.encode())
-        open_ = known and not self._task.has_ended  # a phone that is connected already may ask once more
-        if not (open_ and hosts == [self._host] and origins <= {b"http://" + self._host}):
+        valid = known and not self._task.has_ended  # a phone that is connected already may ask once more
+        if not (valid and hosts == [self._host] and origins <= {b"http://" + self._host}):
             code, sentence = (404, "There is nothing here.") if self._strangers.take() else (429, "Wait.")
             await JSONResponse({"error": sentence}, code, {"Connection": "close"})(scope, receive, send)
         elif not self._members.take():

@@ -8,6 +8,7 @@ from handout.scanning.inks import find_inks, paper_mode
 from handout.scanning.line_erasure import erase_printed_lines
 from handout.scanning.paper import crop, find_paper, flatten
 from handout.scanning.scan import Scan
+from handout.scanning.written_page import prepare
 
 DPI = 300.0
 INK = coverage(lines_of(3, 80.0), 80.0, 40.0, DPI)
@@ -112,6 +113,19 @@ def test_squares_are_not_ink_and_letters_stay_whole(rules, pen):
     square[[0, 1, 2, -3, -2, -1]] = square[:, [0, 1, 2, -3, -2, -1]] = False
     assert (values[square] > 0).mean() < 0.03
     assert (values[INK > 0.9] > 0).mean() > 0.99
+
+
+@pytest.mark.parametrize("quarters", [0, 1, 2, 3])
+def test_rules_are_taken_out_however_the_sheet_lies(quarters):
+    paper = np.full((*INK.shape, 3), 0.95)
+    rules = [k + y for k in range(59, INK.shape[0] - 10, 89) for y in range(3)]  # 7.5 mm apart
+    paper[rules] = 0.6
+    lying = scan_of(INK, paper=paper, colour=(0.1, 0.1, 0.1)).turn_quarters(quarters)
+    prepared = prepare(lying)
+    upright = prepared.turn_quarters(-quarters)
+    assert prepared.erased == upright.erased == 5
+    bare = (np.arange(INK.shape[0])[:, None] == rules).any(axis=1)[:, None] & (INK < 0.01)
+    assert (upright.scan.rgb[bare] > 225).mean() > 0.97
 
 
 def test_underlines_are_no_ruling():
