@@ -310,7 +310,7 @@ def _tell_words(
     doubts: Sequence[tuple[Doubt, Line]],
     lacked: Mapping[str, Sequence[Borrowed]],
 ) -> list[LetterPage]:
-    """Add to the pages the facts on misread words and on letters that hands lacked (`lacked`, by their names)."""
+    """Add to the pages the facts on misread and unclear words, and on letters that hands lacked (`lacked`, by name)."""
     told = [{**doubt.facts(), "box": texts.word_box(line, doubt.word)} for doubt, line in doubts]
     lent = [
         ({} if row is None else {"row": row}) | letter_facts(each)
@@ -321,7 +321,9 @@ def _tell_words(
     found = []
     for number, page in enumerate(pages, 1):
         here = [doubt for doubt in told if doubt["page"] == number]
-        more = {**borrowed, **({"doubtful": here} if here else {})}
+        layers = [(layer, task.tasks[voice.hand].hand) for voice, layer in page.layers.items()]
+        unclear = [word for layer, author in layers for word in texts.unclear_words(layer, author)]
+        more = borrowed | ({"doubtful": here} if here else {}) | ({"unclear": unclear} if unclear else {})
         found.append(replace(page, whole=replace(page.whole, about={**page.whole.about, **more})))
     return found
 

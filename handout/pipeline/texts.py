@@ -351,13 +351,11 @@ def _reread_text(
     Raises InputError: there are some, and the task is strict.
     """
     from handout.pipeline.rereading import reread
-    from handout.writing.legibility import unclear_letters
 
     # without variation the best glyphs are wanted, always the same: what reads badly is only told
     tries = None if task.layout.jitter else 0
     sheets, doubts, _ = reread(lambda reader: compose(proofread=reader), hand, author, tries)
     refuse_doubts(doubts, task)
-    unclear = unclear_letters(author)
     for sheet in sheets:
         here = [
             {**doubt.facts(), "box": word_box(sheet.manuscript.lines[doubt.line - 1], doubt.word)}
@@ -365,14 +363,18 @@ def _reread_text(
             if doubt.page == sheet.number
         ]
         told = _add_about(sheet, "doubtful", here) if here else sheet
-        words = _words_with(unclear, sheet.manuscript, author)
+        words = unclear_words(sheet.manuscript, author)
         yield _add_about(told, "unclear", words) if words else told
 
 
-def _words_with(unclear: Mapping[str, float], page: Manuscript, author: ScannedHand) -> list[Facts]:
+def unclear_words(page: Manuscript, author: Hand | ScannedHand) -> list[Facts]:
     """The words of a page in which letters that strangers mostly take for others are the author's own glyphs."""
+    from handout.writing.legibility import unclear_letters
+
+    if author.pages is None or not (unclear := unclear_letters(author)):
+        return []
     words: list[Facts] = []
-    for line in page.lines if unclear else ():
+    for line in page.lines:
         for _, group in groupby(line.placed, key=lambda placed: placed.word):
             letters = [placed for placed in group if placed.glyph.letter]
             own = [each.glyph.letter for each in letters if each.ink and each.ink.number < len(author.glyphs)]
