@@ -7,7 +7,7 @@ undone and made again: the hand after entry k has of every part the newest of th
 What was worked out of the hand is kept with it, beside the parts that it was worked out of (`hand.learnt`): it counts
 for a hand of those parts alone.
 
-Places are kept to 1/16 pixel, radii to 1/256 pixel, densities to 1/100.
+Places are kept to 1/16 pixel, radii to 1/256 pixel, densities to 1/100; arrays as `archive.split_bytes` gives them.
 
 Source: seed 000, §5.1.3 for what is kept.
 """
@@ -31,7 +31,7 @@ from numpy.typing import NDArray
 from handout import atomic
 from handout.errors import InputError
 from handout.hand import learnt
-from handout.hand.archive import Archive, Content, Packed, content_bytes, pack
+from handout.hand.archive import Archive, Content, Packed, content_bytes, pack, split_bytes
 from handout.hand.corrections import AnyCorrection, CorrectionJournal, JournalEntry, apply, read_corrections
 from handout.hand.ligatures import find_again
 from handout.hand.places import PLACES
@@ -39,7 +39,7 @@ from handout.hand.scanned import KeptScan, Ligature, ScannedGlyph, ScannedHand, 
 from handout.values import Array, Indices, LineGraph, Moments
 
 _RISING = "ligatures/rising.npy"  # empty: in files of programs that found ligatures as they are found now
-FORMAT = 2  # of the file; any other is refused with what to do
+FORMAT, _EARLIER = 3, 2  # of the file, and the one before, which has arrays as they are; others are refused
 SUFFIX = ".hand"
 _UV, _RADIUS, _DENSITY = 16.0, 256.0, 100.0  # steps a pixel, a pixel, 1
 _WIDEST = 10.0  # mm, half the width of a line: the widest brush of a pen; set by eye
@@ -295,7 +295,8 @@ def _hand_parts(hand: ScannedHand, packed: bool, drawn: Sequence[bool] = ()) -> 
             parts[folder + ("ink.webp" if packed else "ink.png")] = _picture(
                 page.texture.rgba, packed, _QUICK if drawn else _TIGHT
             )
-    return parts
+    wide = {name: part for name, part in parts.items() if isinstance(part, np.ndarray) and part.dtype.kind in "iu"}
+    return parts | {name: split_bytes(part) for name, part in wide.items() if part.dtype.itemsize > 1}
 
 
 def _journal_bytes(journal: CorrectionJournal) -> bytes:
@@ -397,7 +398,7 @@ def _check_known(archive: Archive, path: Path) -> None:
     if "hand.json" not in archive:
         raise InputError(f"{path} is not a .hand file: make one with `handout hand read`.")
     version = archive.json("hand.json", _Version).format
-    if version != FORMAT:
+    if version not in (_EARLIER, FORMAT):
         way = "use a newer version of handout" if version > FORMAT else "read the pages again"
         raise InputError(f"{path} is of format {version} and this program knows format {FORMAT}: {way}.")
 
@@ -576,7 +577,7 @@ def _ligatures(archive: Archive, table: list[Any], pages: Sequence[ScannedPage])
         page, line = table[number][:2]
         if not (0 <= page < len(pages) and 0 <= line < len(pages[page].baselines)):
             raise ValueError(f"glyph {number} is on a line that there is not")
-        if len(path) < 2 or path.min() < 0 or path.max() >= len(pages[page].graph):
+        if len(path) < 2 or not all(0 <= end < len(pages[page].graph) for end in (path[0], path[-1])):
             raise ValueError(f"a ligature of glyph {number} names a vertex that there is not")
         ligatures.setdefault(page, []).append((number, line, path))
     ways: dict[int, list[Ligature]] = {}
