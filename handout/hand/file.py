@@ -275,10 +275,10 @@ def _hand_parts(hand: ScannedHand, packed: bool, drawn: Sequence[bool] = ()) -> 
     for number, page in enumerate(hand.pages):
         graph, folder = page.graph, f"pages/{number}/"
         parts[folder + "uv.npy"] = _steps(np.rint(graph.uv * _UV))
-        parts[folder + "radius.npy"] = np.clip(np.rint(graph.radius / page.pixel * _RADIUS), 0, 65535).astype(np.uint16)
+        parts[folder + "radius.npy"] = split_bytes(np.clip(np.rint(graph.radius / page.pixel * _RADIUS), 0, 65535))
         parts[folder + "density.npy"] = np.clip(np.rint(graph.density * _DENSITY), 0, 255).astype(np.uint8)
         first, second = graph.edges.T
-        parts[folder + "edges.npy"] = np.column_stack([_steps(first), (second - first).astype(np.int32)])
+        parts[folder + "edges.npy"] = split_bytes(np.column_stack([np.diff(first, prepend=0), second - first]))
         parts[folder + "dismissed.npy"] = _steps(page.dismissed)
         if page.moments is not None:
             # an empty array says that the page was recorded where nothing more is known of its vertices
@@ -295,8 +295,7 @@ def _hand_parts(hand: ScannedHand, packed: bool, drawn: Sequence[bool] = ()) -> 
             parts[folder + ("ink.webp" if packed else "ink.png")] = _picture(
                 page.texture.rgba, packed, _QUICK if drawn else _TIGHT
             )
-    wide = {name: part for name, part in parts.items() if isinstance(part, np.ndarray) and part.dtype.kind in "iu"}
-    return parts | {name: split_bytes(part) for name, part in wide.items() if part.dtype.itemsize > 1}
+    return parts
 
 
 def _journal_bytes(journal: CorrectionJournal) -> bytes:
@@ -504,11 +503,11 @@ def _glyph_arrays(glyphs: Sequence[ScannedGlyph]) -> dict[str, Content]:
     strokes = [(number, way) for number, glyph in enumerate(glyphs) for way in glyph.ways]
     return {
         **(_numbered_lists("strokes", strokes) if strokes else {}),
-        "glyphs/table.npy": np.array(rows, dtype=np.int32).reshape(-1, len(_COLUMNS)),
+        "glyphs/table.npy": split_bytes(np.array(rows, dtype=np.int32).reshape(-1, len(_COLUMNS))),
         "glyphs/confidence.npy": np.array([g.confidence for g in glyphs], dtype=np.float32),
         "glyphs/confirmed.npy": np.array([g.confirmed + (g.confirmed and g.kept_out) for g in glyphs], dtype=np.uint8),
         "glyphs/vertices.npy": _flat([g.vertices for g in glyphs]),
-        "glyphs/counts.npy": np.array([len(g.vertices) for g in glyphs], dtype=np.int32),
+        "glyphs/counts.npy": split_bytes(np.array([len(g.vertices) for g in glyphs])),
         **_numbered_lists("ligatures", [(number, way.path) for number, way in ways]),
         _RISING: np.zeros(0, dtype=np.uint8),
     }
@@ -517,19 +516,19 @@ def _glyph_arrays(glyphs: Sequence[ScannedGlyph]) -> dict[str, Content]:
 def _numbered_lists(folder: str, lists: Sequence[tuple[int, Indices]]) -> dict[str, Content]:
     """Lists of vertices, and of which glyph each is."""
     return {
-        f"{folder}/from.npy": np.array([number for number, _ in lists], dtype=np.int32),
+        f"{folder}/from.npy": split_bytes(np.array([number for number, _ in lists])),
         f"{folder}/vertices.npy": _flat([vertices for _, vertices in lists]),
-        f"{folder}/counts.npy": np.array([len(vertices) for _, vertices in lists], dtype=np.int32),
+        f"{folder}/counts.npy": split_bytes(np.array([len(vertices) for _, vertices in lists])),
     }
 
 
-def _flat(lists: Sequence[Indices]) -> NDArray[np.int32]:
+def _flat(lists: Sequence[Indices]) -> NDArray[np.uint8]:
     return _steps(np.concatenate([np.zeros(0, np.intp), *lists]))
 
 
-def _steps(values: NDArray[Any]) -> NDArray[np.int32]:
+def _steps(values: NDArray[Any]) -> NDArray[np.uint8]:
     """Whole numbers as differences, which are small where vertices follow their line: they pack far better."""
-    return np.diff(values.astype(np.int64), axis=0, prepend=0).astype(np.int32)
+    return split_bytes(np.diff(values.astype(np.int64), axis=0, prepend=0))
 
 
 def _sums(steps: NDArray[Any]) -> NDArray[np.int64]:
