@@ -298,12 +298,7 @@ def author_baselines(hand: ScannedHand) -> BaselineModel:
     sags = np.concatenate([page.sag[lines] for page, lines in zip(pages, long, strict=True)])
     share = len(sags) / (len(sags) + HABITS.prior)
     mean = float(np.median(sags))
-    # heights about even distances; their spread is told by distances, which no slow course of a page makes smaller
-    uneven = [page.height - np.polyval(np.polyfit(page.number, page.height, 1), page.number) for page in pages]
-    memory = _memory(uneven, USUAL_BASELINES.pitch_memory, 2)
-    apart = [own for page in pages if len(own := np.diff(page.height)[np.diff(page.number) == 1])]
-    ratio = math.sqrt(2 * (1 - memory))  # of the spread of distances to that of heights
-    spread = _deviation([own - own.mean() for own in apart], USUAL_BASELINES.pitch * ratio, HABITS.distance)
+    pitch, memory, closer = _heights(pages)
     return BaselineModel(
         edge=_deviation([rest for rest, _ in edges], USUAL_BASELINES.edge, HABITS.edge, 2),
         edge_memory=_memory([rest for rest, _ in edges], USUAL_BASELINES.edge_memory, 2),
@@ -314,9 +309,9 @@ def author_baselines(hand: ScannedHand) -> BaselineModel:
         bend=_deviation([sags - mean], USUAL_BASELINES.bend, HABITS.bend),
         bend_mean=share * float(np.clip(mean, -HABITS.bend_mean, HABITS.bend_mean)),
         reach=float(np.median(np.concatenate([page.reach for page in pages]))),
-        pitch=min(spread / ratio, HABITS.pitch),
+        pitch=pitch,
         pitch_memory=memory,
-        closer=max((float(np.median(own) - own.min()) for own in apart), default=math.inf),
+        closer=closer,
     )
 
 
@@ -359,6 +354,18 @@ def _course(x: Array, y: Array) -> tuple[float, float]:
     on, up = (np.subtract.outer(of, of) for of in (x, y))
     slope = float(np.median(up[on > 0] / on[on > 0]))
     return slope, float(np.median(y) - slope * np.median(x))
+
+
+def _heights(pages: Sequence[_PageLines]) -> tuple[float, float, float]:
+    """`BaselineModel.pitch`, `pitch_memory` and `closer`; the first told by distances, which no slow course makes
+    smaller."""
+    uneven = [page.height - np.polyval(np.polyfit(page.number, page.height, 1), page.number) for page in pages]
+    memory = _memory(uneven, USUAL_BASELINES.pitch_memory, 2)
+    apart = [own for page in pages if len(own := np.diff(page.height)[np.diff(page.number) == 1])]
+    ratio = math.sqrt(2 * (1 - memory))  # of the spread of distances to that of heights
+    spread = _deviation([own - own.mean() for own in apart], USUAL_BASELINES.pitch * ratio, HABITS.distance)
+    closer = max((float(np.median(own) - own.min()) for own in apart), default=math.inf)
+    return min(spread / ratio, HABITS.pitch), memory, closer
 
 
 def _deviation(rests: Sequence[Array], usual: float, bounds: tuple[float, float], parameters: int = 1) -> float:
