@@ -85,8 +85,10 @@ class PageReader:
         self.images = tuple(images)
         self.networks = tuple(networks)
         self.features = [describe(image) for image in images]
-        # text lines → the same broken as suits the page; line → what the networks together make of its columns
+        # text lines → the same broken as suits the page, and how well each fits its line; line → what the networks
+        # together make of its columns
         self.broken: dict[tuple[TranscriptLine, ...], list[TranscriptLine]] = {}
+        self.fits: dict[tuple[TranscriptLine, ...], list[float]] = {}
         self._together: dict[int, Floats] = {}
         self._prior = np.mean([network.log_prior for network in networks], axis=0)
 
@@ -95,7 +97,8 @@ class PageReader:
         some = copy(self)
         some.images = tuple(self.images[i] for i in lines)
         some.features = [self.features[i] for i in lines]
-        some.broken, some._together = {}, {i: self._together[k] for i, k in enumerate(lines) if k in self._together}
+        some.broken, some.fits = {}, {}
+        some._together = {i: self._together[k] for i, k in enumerate(lines) if k in self._together}
         return some
 
     def reading(self, line: int) -> ColumnReading:
