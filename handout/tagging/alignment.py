@@ -72,14 +72,13 @@ def line_fits(reader: PageReader, lines: Sequence[TranscriptLine], rng: np.rando
     if tuple(lines) not in reader.fits:
         widths, fits = reader.widths(lines), list[float]()
         for i, (line, others) in enumerate(zip(lines, shuffled, strict=True)):
-            if not line.letters:
-                fits.append(0.0)
-                continue
-            reading = reader.reading(i)
-            least = float(np.mean([decode(reading, letters, widths).score for letters in others]))
-            most = np.maximum(np.diff(reading.letters, axis=0).max(axis=1), np.diff(reading.space)).sum()
-            score = decode(reading, line.letters, widths).score
-            fits.append((score - least) / max(float(most) - least, 1e-6))
+            fits.append(0.0)
+            if line.letters:
+                reading = reader.reading(i)
+                score, *by_chance = (decode(reading, letters, widths).score for letters in (line.letters, *others))
+                least = float(np.mean(by_chance))
+                most = np.maximum(np.diff(reading.letters, axis=0).max(axis=1), np.diff(reading.space)).sum()
+                fits[-1] = (score - least) / max(float(most) - least, 1e-6)
         reader.fits[tuple(lines)] = fits
     return list(reader.fits[tuple(lines)])
 
@@ -129,11 +128,9 @@ def text_fit(strips: Sequence[LineStrip], lines: Sequence[TranscriptLine], rng: 
 def transcript_fit(page: WrittenPage, transcript: str, rng: np.random.Generator) -> float:
     """How well a text explains a page's lines, weighted by its letters; 0 where `align` would refuse it."""
     straightened = strips(page.mask.ink, frames(page)) if page.text_lines.lines else []
-    fits = _fits_of_text(straightened, read_transcript(transcript), rng) if straightened else []
-    weights = [count for _, count in fits]
-    if median_fit([fit for fit, _ in fits]) < REFUSED or not sum(weights):
-        return 0.0
-    return float(np.average([fit for fit, _ in fits], weights=weights))
+    found = _fits_of_text(straightened, read_transcript(transcript), rng) if straightened else []
+    fits, weights = [fit for fit, _ in found], [count for _, count in found]
+    return float(np.average(fits, weights=weights)) if median_fit(fits) >= REFUSED else 0.0
 
 
 def _fits_of_text(
@@ -142,8 +139,8 @@ def _fits_of_text(
     """How well the text of each line that has any fits it, and how many letters that is."""
     reader = page_reader([strip.image for strip in strips], network.load_networks())
     parts, fits = assigned_to_lines(reader, lines, rng)
-    counts = [sum(letter != SPACE for letter in part.letters) for part in parts]
-    return [(fit, count) for fit, count, part in zip(fits, counts, parts, strict=True) if part.letters]
+    counts = [len(part.letters) - part.letters.count(SPACE) for part in parts]
+    return [both for both in zip(fits, counts, strict=True) if both[1]]
 
 
 def text_breadth(strips: Sequence[LineStrip], lines: Sequence[TranscriptLine]) -> float:

@@ -85,10 +85,9 @@ class PageReader:
         self.images = tuple(images)
         self.networks = tuple(networks)
         self.features = [describe(image) for image in images]
-        # text lines → the same broken as suits the page, and how well each fits its line; line → what the networks
-        # together make of its columns
+        # text lines → the same broken as suits the page; line → what the networks together make of its columns
         self.broken: dict[tuple[TranscriptLine, ...], list[TranscriptLine]] = {}
-        self.fits: dict[tuple[TranscriptLine, ...], list[float]] = {}
+        self.fits: dict[tuple[TranscriptLine, ...], list[float]] = {}  # how well text lines fit these
         self._together: dict[int, Floats] = {}
         self._prior = np.mean([network.log_prior for network in networks], axis=0)
 
