@@ -172,7 +172,7 @@ export async function kept(/** @type {HTMLElement} */ main, /** @type {string} *
     if (before) { // rows that were left out and not approved yet are so still, where the page is loaded anew
       const pressed = JSON.parse(localStorage.getItem(`handout-form-out-${name}`) || '{}');
       out.clear();
-      for (const row of pressed.made === batch.proof.made ? pressed.rows : batch.left_out) out.add(row);
+      for (const row of pressed.rows && pressed.made === batch.proof.made ? pressed.rows : batch.left_out) out.add(row);
     }
     title.textContent = { new: 'Here comes a proof', proofed: 'Does every letter look right?', approved: 'Approved: now it can be made', 'broken off': 'It stopped on the way', done: 'Done' }[batch.state];
     const what = [batch.letters && 'letters', batch.envelopes && 'envelopes'].filter(Boolean).join(' and ');
