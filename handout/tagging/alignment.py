@@ -55,7 +55,7 @@ def assigned_to_lines(
     if tuple(lines) not in reader.broken:
         readings = [reader.reading(i) for i in range(count)]
         widths = reader.widths(_evenly_broken(lines, count))
-        reader.broken[tuple(lines)] = broken_freely(readings, lines, widths)
+        reader.broken[tuple(lines)] = broken_freely(readings, lines, widths, rng)
     rebroken = reader.broken[tuple(lines)]
     refits = line_fits(reader, rebroken, rng)
     if len(lines) == count and float(np.median(fits)) > float(np.median(refits)):
@@ -82,8 +82,12 @@ def fit(
 ) -> float:
     """How far the line's text comes from chance, 0, to what would suit every column best, 1."""
     least = chance(reading, line, widths, rng)
-    most = np.maximum(np.diff(reading.letters, axis=0).max(axis=1), np.diff(reading.space)).sum()
-    return (decoded.score - least) / max(float(most) - least, 1e-6)
+    return (decoded.score - least) / max(_most(reading) - least, 1e-6)
+
+
+def _most(reading: ColumnReading) -> float:
+    """The score of what would suit every column best."""
+    return float(np.maximum(np.diff(reading.letters, axis=0).max(axis=1), np.diff(reading.space)).sum())
 
 
 def chance(
@@ -101,19 +105,32 @@ def chance(
 
 
 def broken_freely(
-    readings: Sequence[ColumnReading], lines: Sequence[TranscriptLine], widths: Mapping[str, float]
+    readings: Sequence[ColumnReading],
+    lines: Sequence[TranscriptLine],
+    widths: Mapping[str, float],
+    rng: np.random.Generator,
 ) -> list[TranscriptLine]:
-    """The text of each line of the page, perhaps empty, whatever the line breaks of the transcript."""
-    text = in_one_line(lines)
-    row = in_a_row(readings)
+    """The text of each line of the page, perhaps empty, whatever the line breaks of the transcript.
+
+    Where the transcript has fewer lines, one that its text would fit poorly, as a printed heading, is left without any.
+    """
+    text, unread = in_one_line(lines), list[float]()
+    if len(lines) < len(readings):
+        counts = np.array([reading.columns for reading in readings])
+        most = np.array([_most(reading) for reading in readings])
+        parts = zip(readings, _evenly_broken(lines, len(readings)), strict=True)
+        least = np.array([chance(reading, part, widths, rng) for reading, part in parts])
+        by_chance = float(np.median(least / counts)) * counts  # a line's own tells how much text it was given, too
+        unread = (by_chance + POOR * (most - by_chance)).tolist()
+    row = in_a_row(readings, unread)
     decoded = decode(row, text.letters, widths)
     middle = 0.5 * (decoded.left + decoded.right) / STEP
     owner = np.searchsorted(np.array(row.lines), middle, side="right") - 1
-    parts = []
+    broken = []
     for number in range(len(readings)):
         on_line = [i for i in np.flatnonzero(owner == number) if text.letters[i] != SPACE]
-        parts.append(text.part(int(on_line[0]), int(on_line[-1]) + 1) if on_line else text.part(0, 0))
-    return parts
+        broken.append(text.part(int(on_line[0]), int(on_line[-1]) + 1) if on_line else text.part(0, 0))
+    return broken
 
 
 def _evenly_broken(lines: Sequence[TranscriptLine], count: int) -> list[TranscriptLine]:
@@ -129,10 +146,9 @@ def median_fit(fits: Sequence[float]) -> float:
 
 
 def text_fit(strips: Sequence[LineStrip], lines: Sequence[TranscriptLine], rng: np.random.Generator) -> float:
-    """How well a text fits straightened lines, broken as suits it best: the middle line's fit."""
+    """How well a text fits straightened lines, broken as suits it best: the middle line's, 0 of a bare one."""
     reader = page_reader([strip.image for strip in strips], network.load_networks())
-    parts, fits = assigned_to_lines(reader, lines, rng)
-    return median_fit([of_line for of_line, part in zip(fits, parts, strict=True) if part.letters])
+    return median_fit(assigned_to_lines(reader, lines, rng)[1])
 
 
 def text_breadth(strips: Sequence[LineStrip], lines: Sequence[TranscriptLine]) -> float:
