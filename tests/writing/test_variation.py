@@ -1,6 +1,6 @@
 """The distributions of variation."""
 
-from dataclasses import astuple
+from dataclasses import astuple, replace
 
 import numpy as np
 import pytest
@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from handout.hand.library import load
 from handout.values import Glyph
-from handout.writing.drawn_words import LEAST_ROOM, WordWriter, missing_room, slur_stroke
+from handout.writing.drawn_words import LEAST_ROOM, WordWriter, change_of_room, slur_stroke
 from handout.writing.text import Letter
 from handout.writing.variation import LETTER_MEMORY, TREMOR, USUAL, Drift, tremor, warp
 
@@ -84,12 +84,24 @@ def test_slurring_keeps_ends_and_straight_ways_and_shrinks_the_rest(n, share, se
     assert np.array_equal(slur_stroke(stroke, 0.0), stroke)
 
 
-def test_letters_that_are_not_joined_keep_apart():
+def test_letters_that_are_not_joined_neither_touch_nor_gape():
     stem = Glyph("l", (np.array([[0.1, 2.0], [0.1, 1.0], [0.1, 0.0]]),), (False,), 0.1)
     low = Glyph("o", (np.array([[0.1, 1.0], [0.4, 0.5], [0.1, 0.0]]),), (False,), 0.3)
-    assert missing_room(stem, stem, 0.1) == pytest.approx(LEAST_ROOM - 0.1)
-    assert missing_room(stem, stem, 0.3) == 0.0
+    assert change_of_room(stem, stem, 0.1, 1.2) == pytest.approx(LEAST_ROOM - 0.1)
+    assert change_of_room(stem, stem, 0.3, 1.2) == 0.0
+    assert change_of_room(stem, stem, 0.7, 1.2) == pytest.approx(-0.3)
+    assert change_of_room(stem, stem, 0.7, 0.6) == pytest.approx(LEAST_ROOM - 0.7)
     barred = Glyph("t", (*stem.strokes, np.array([[-0.3, 1.0], [0.5, 1.0]])), (False, True), 0.1, after="l")
-    assert missing_room(stem, barred, 0.1) == 0.0
+    assert change_of_room(stem, barred, 0.1, 1.2) == 0.0
     # an o reaches under nothing: what counts is the height where both have ink
-    assert missing_room(low, stem, 0.3) == pytest.approx(LEAST_ROOM, abs=0.05)
+    assert change_of_room(low, stem, 0.3, 1.2) == pytest.approx(LEAST_ROOM, abs=0.05)
+    # as broad as it is written
+    assert change_of_room(low, stem, 0.3, 1.2, (0.5, 1.0)) == pytest.approx(LEAST_ROOM - 0.2, abs=0.05)
+
+
+def test_a_rising_stroke_meets_a_letter_that_it_is_not_joined_to():
+    stem = Glyph("l", (np.array([[0.1, 2.0], [0.1, 1.0], [0.1, 0.0]]),), (False,), 0.1)
+    rising = Glyph("u", (np.array([[0.1, 1.0], [0.1, 0.0], [0.5, 0.4]]),), (False,), 0.3, exit="low")
+    assert change_of_room(rising, stem, 0.3, 1.2) == pytest.approx(0.1, abs=0.05)
+    # one at the height of an o would make a d of it
+    assert change_of_room(replace(rising, exit="high"), stem, 0.3, 1.2) == pytest.approx(LEAST_ROOM + 0.1, abs=0.05)
