@@ -55,7 +55,7 @@ def assigned_to_lines(
     if tuple(lines) not in reader.broken:
         readings = [reader.reading(i) for i in range(count)]
         widths = reader.widths(_evenly_broken(lines, count))
-        reader.broken[tuple(lines)] = broken_freely(readings, lines, widths, rng)
+        reader.broken[tuple(lines)] = broken_freely(readings, lines, widths)
     rebroken = reader.broken[tuple(lines)]
     refits = line_fits(reader, rebroken, rng)
     if len(lines) == count and float(np.median(fits)) > float(np.median(refits)):
@@ -64,25 +64,22 @@ def assigned_to_lines(
 
 
 def line_fits(reader: PageReader, lines: Sequence[TranscriptLine], rng: np.random.Generator) -> list[float]:
-    widths = reader.widths(lines)
-    fits = []
-    for i, line in enumerate(lines):
-        reading = reader.reading(i)
-        decoded = decode(reading, line.letters, widths) if line.letters else None
-        fits.append(fit(reading, line, decoded, widths, rng) if decoded else 0.0)
-    return fits
+    """How far each line's text comes from chance, 0, to what would suit every column best, 1; 0 without text.
 
-
-def fit(
-    reading: ColumnReading,
-    line: TranscriptLine,
-    decoded: Decoded,
-    widths: Mapping[str, float],
-    rng: np.random.Generator,
-) -> float:
-    """How far the line's text comes from chance, 0, to what would suit every column best, 1."""
-    least = chance(reading, line, widths, rng)
-    return (decoded.score - least) / max(_most(reading) - least, 1e-6)
+    Of one page they are worked out once; `rng` moves on as far all the same, so that the letters are found alike.
+    """
+    shuffled = [[_shuffle(line, rng) for _ in range(_SHUFFLES if line.letters else 0)] for line in lines]
+    if tuple(lines) not in reader.fits:
+        widths, fits = reader.widths(lines), list[float]()
+        for i, (line, others) in enumerate(zip(lines, shuffled, strict=True)):
+            fits.append(0.0)
+            if line.letters:
+                reading = reader.reading(i)
+                score, *by_chance = (decode(reading, letters, widths).score for letters in (line.letters, *others))
+                least = float(np.mean(by_chance))
+                fits[-1] = (score - least) / max(_most(reading) - least, 1e-6)
+        reader.fits[tuple(lines)] = fits
+    return list(reader.fits[tuple(lines)])
 
 
 def _most(reading: ColumnReading) -> float:
@@ -90,25 +87,17 @@ def _most(reading: ColumnReading) -> float:
     return float(np.maximum(np.diff(reading.letters, axis=0).max(axis=1), np.diff(reading.space)).sum())
 
 
-def chance(
-    reading: ColumnReading, line: TranscriptLine, widths: Mapping[str, float], rng: np.random.Generator
-) -> float:
-    """Score of the line's letters in another order, the words' lengths kept: mean of a few."""
+def _shuffle(line: TranscriptLine, rng: np.random.Generator) -> list[str]:
+    """The line's letters in another order, the words' lengths kept."""
     at = [i for i, letter in enumerate(line.letters) if letter not in (SPACE, JUNK)]
-    scores = []
-    for _ in range(_SHUFFLES):
-        letters = list(line.letters)
-        for i, j in zip(at, rng.permutation(at), strict=True):
-            letters[i] = line.letters[j]
-        scores.append(decode(reading, letters, widths).score)
-    return float(np.mean(scores))
+    letters = list(line.letters)
+    for i, j in zip(at, rng.permutation(at), strict=True):
+        letters[i] = line.letters[j]
+    return letters
 
 
 def broken_freely(
-    readings: Sequence[ColumnReading],
-    lines: Sequence[TranscriptLine],
-    widths: Mapping[str, float],
-    rng: np.random.Generator,
+    readings: Sequence[ColumnReading], lines: Sequence[TranscriptLine], widths: Mapping[str, float]
 ) -> list[TranscriptLine]:
     """The text of each line of the page, perhaps empty, whatever the line breaks of the transcript.
 
@@ -116,21 +105,21 @@ def broken_freely(
     """
     text, unread = in_one_line(lines), list[float]()
     if len(lines) < len(readings):
-        counts = np.array([reading.columns for reading in readings])
-        most = np.array([_most(reading) for reading in readings])
-        parts = zip(readings, _evenly_broken(lines, len(readings)), strict=True)
-        least = np.array([chance(reading, part, widths, rng) for reading, part in parts])
-        by_chance = float(np.median(least / counts)) * counts  # a line's own tells how much text it was given, too
+        counts, most = np.array([(reading.columns, _most(reading)) for reading in readings]).T
+        backwards = [part.letters[::-1] for part in _evenly_broken(lines, len(readings))]
+        least = [decode(one, letters, widths).score for one, letters in zip(readings, backwards, strict=True)]
+        # a line's own would tell how much text it was given, too
+        by_chance = float(np.median(least / counts)) * counts
         unread = (by_chance + POOR * (most - by_chance)).tolist()
     row = in_a_row(readings, unread)
     decoded = decode(row, text.letters, widths)
     middle = 0.5 * (decoded.left + decoded.right) / STEP
     owner = np.searchsorted(np.array(row.lines), middle, side="right") - 1
-    broken = []
+    parts = []
     for number in range(len(readings)):
         on_line = [i for i in np.flatnonzero(owner == number) if text.letters[i] != SPACE]
-        broken.append(text.part(int(on_line[0]), int(on_line[-1]) + 1) if on_line else text.part(0, 0))
-    return broken
+        parts.append(text.part(int(on_line[0]), int(on_line[-1]) + 1) if on_line else text.part(0, 0))
+    return parts
 
 
 def _evenly_broken(lines: Sequence[TranscriptLine], count: int) -> list[TranscriptLine]:
@@ -147,8 +136,26 @@ def median_fit(fits: Sequence[float]) -> float:
 
 def text_fit(strips: Sequence[LineStrip], lines: Sequence[TranscriptLine], rng: np.random.Generator) -> float:
     """How well a text fits straightened lines, broken as suits it best: the middle line's, 0 of a bare one."""
+    return median_fit([fit for fit, _ in _fits_of_text(strips, lines, rng)])
+
+
+def transcript_fit(page: WrittenPage, transcript: str, rng: np.random.Generator) -> float:
+    """How well a text explains a page's lines, weighted by its letters; 0 where `align` would refuse it."""
+    straightened = strips(page.mask.ink, frames(page)) if page.text_lines.lines else []
+    found = _fits_of_text(straightened, read_transcript(transcript), rng) if straightened else []
+    fits, weights = [fit for fit, _ in found], [count for _, count in found]
+    refused = median_fit([fit for fit, count in found if count]) < REFUSED
+    return 0.0 if refused else float(np.average(fits, weights=weights))
+
+
+def _fits_of_text(
+    strips: Sequence[LineStrip], lines: Sequence[TranscriptLine], rng: np.random.Generator
+) -> list[tuple[float, int]]:
+    """How well the text of each line fits it, and how many letters that is; 0 where it has none."""
     reader = page_reader([strip.image for strip in strips], network.load_networks())
-    return median_fit(assigned_to_lines(reader, lines, rng)[1])
+    parts, fits = assigned_to_lines(reader, lines, rng)
+    counts = [len(part.letters) - part.letters.count(SPACE) for part in parts]
+    return list(zip(fits, counts, strict=True))
 
 
 def text_breadth(strips: Sequence[LineStrip], lines: Sequence[TranscriptLine]) -> float:
