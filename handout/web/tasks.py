@@ -52,8 +52,12 @@ async def keep_draft(studio: Studio, request: Request, body: Draft) -> Response:
     """What is written on a page is kept on the disk."""
     path = _draft(request)
     with contextlib.suppress(OSError, DecodeError):
-        there = decode(await asyncio.to_thread(path.read_bytes))
-        if body.since is not None and isinstance(there, dict) and there.get("kept_at", 0) > body.since:
+        there, new = decode(await asyncio.to_thread(path.read_bytes)), decode(body.draft)
+        if not isinstance(there, dict) or not isinstance(new, dict):
+            pass  # a program's, not a page's
+        elif {**there, "kept_at": 0} == {**new, "kept_at": 0}:
+            return json_answer({})
+        elif body.since is not None and there.get("kept_at", 0) > body.since:
             raise HTTPException(409, "Another browser changed this since: load the page anew to go on from there.")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
