@@ -55,7 +55,7 @@ def browser(playwright):
 @pytest.fixture(scope="session")
 def page(server, browser):
     page = browser.new_page(viewport={"width": 1280, "height": 800})
-    page.set_default_timeout(30_000)  # every wait is for an event: reached only where something is wrong
+    page.set_default_timeout(180_000)  # every wait is for an event: reached only where something is wrong
     faults = []
     page.on("pageerror", lambda error: faults.append(str(error)))
     # a refusal that comes at once, and not as an event, is an error to Chromium: the tests below ask for some
