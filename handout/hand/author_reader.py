@@ -156,21 +156,6 @@ def surprises(reader: Reader, pictures: Sequence[Array], letters: Sequence[str])
     return np.clip(-log_probabilities(reader.read_all(pictures), letters), 0.0, SETTINGS.most)
 
 
-def misread_letters(seen: Sequence[Array], words: Sequence[str]) -> list[list[float]]:
-    """Of every letter of words, 0–1, how probably it is another to who knows no author, given the words' pictures.
-
-    Of a picture that is too narrow for its word, which is not read letter by letter, all are an even chance.
-    """
-    found = list[list[float]]()
-    for word, reading in zip(words, pictures.load().read_all(seen), strict=True):
-        try:
-            labels = reading.labels(word)
-            found.append((1.0 - reading.shares(labels)[np.arange(len(labels)), labels]).tolist())
-        except ValueError:
-            found.append([0.5] * len(word))
-    return found
-
-
 def usual_surprise(surprises: Array, letters: Sequence[str], alone: NDArray[np.bool_]) -> Array:
     """(n,): how surprising other glyphs of each one's letter are; those that are not read `alone` (n,) have none."""
     names, of = np.unique(np.array(letters, dtype=str), return_inverse=True)
