@@ -23,6 +23,7 @@ from handout.hand.learnt import learnt
 from handout.hand.scanned import NOBODY, ScannedHand, ScannedPage
 from handout.reading import pictures
 from handout.reading.adaptation import adapted
+from handout.reading.misreading import shares_seen
 from handout.reading.pictures import Reader as Reader
 from handout.reading.pictures import log_probabilities
 from handout.reading.word_space import X_HEIGHT, drawn
@@ -154,6 +155,12 @@ def surprises(reader: Reader, pictures: Sequence[Array], letters: Sequence[str])
     if not letters:
         return np.zeros(0)
     return np.clip(-log_probabilities(reader.read_all(pictures), letters), 0.0, SETTINGS.most)
+
+
+def misread_letters(seen: Sequence[Array], words: Sequence[str]) -> Iterator[list[float]]:
+    """Of every letter of words, how probably it is another to who knows no author, given the words' pictures."""
+    for word, reading in zip(words, pictures.load().read_all(seen), strict=True):
+        yield shares_seen([reading], word)[0].tolist()
 
 
 def usual_surprise(surprises: Array, letters: Sequence[str], alone: NDArray[np.bool_]) -> Array:

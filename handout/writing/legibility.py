@@ -19,13 +19,11 @@ from string import ascii_lowercase
 import numpy as np
 
 from handout.errors import InputError
-from handout.hand.author_reader import picture_of_ink, reads_alone
+from handout.hand.author_reader import misread_letters, picture_of_ink, reads_alone
 from handout.hand.learnt import learnt, share_learnt
 from handout.hand.places import graphemes
 from handout.hand.scanned import ScannedHand
 from handout.networks import one_thread
-from handout.reading import pictures
-from handout.reading.misreading import shares_seen
 from handout.values import Array
 from handout.writing.variation import Chances
 from handout.writing.word_layout import layout_model
@@ -108,9 +106,8 @@ def _measure_misreadings(hand: ScannedHand) -> Array:
         return np.zeros(len(hand.glyphs))
     of_glyph: list[list[float]] = [[] for _ in hand.glyphs]
     texts = ["".join(hand.glyphs[n].letter for n in word) for word in words]
-    readings = pictures.load().read_all(_written_words(hand, words, rng))
-    for word, text, reading in zip(words, texts, readings, strict=True):
-        for number, share in zip(word, shares_seen([reading], text)[0].tolist(), strict=True):
+    for word, missed in zip(words, misread_letters(_written_words(hand, words, rng), texts), strict=True):
+        for number, share in zip(word, missed, strict=True):
             of_glyph[number].append(share)
     counted = [sorted(each)[: max(round(len(each) * (1 - _SETTINGS.worst)), 1)] for each in of_glyph]
     return np.array([float(np.mean(each)) if each else 0.0 for each in counted])

@@ -26,7 +26,6 @@ import numpy as np
 
 from handout import atomic
 from handout.completion.completed_hand import complete_hand
-from handout.hand.scanned import ScannedHand
 from handout.pipeline import rereading
 from handout.pipeline.options import WritingOptions
 from handout.pipeline.texts import prepare
@@ -82,7 +81,7 @@ def written_words(path: Path, read: Sequence[tuple[str, str]], seed: int) -> Ite
     task = prepare(WritingOptions(hand=str(path), seed=seed, fallback=True))
     author, text = task.hand, "\n\n".join(word for word, _ in read)
     hand, _ = complete_hand(author, text, fallback=True, seed=seed)
-    assert isinstance(author, ScannedHand) and isinstance(hand, ScannedHand)
+    assert author.pages is not None and hand.pages is not None, "a drawn hand is misread by nobody"
     rereader = rereading.Rereader(hand, author, rereading.SETTINGS.tries)
     list(each_page(text, hand, task.layout, np.random.default_rng([seed]), fallback=True, proofread=rereader))
     of_glyph, of_letter = misread_shares(author)
@@ -94,8 +93,9 @@ def written_words(path: Path, read: Sequence[tuple[str, str]], seed: int) -> Ite
         known = [np.where(lent, of_glyph.mean(), shares[own]) for shares in (of_glyph, of_letter)]
         text, at = word.text, int(rng.integers(len(word.text)))
         yield LabelledWord(path.stem, text, seen, np.vstack([*known, shares_seen(readings, text)]))
-        if count % 2 == 0:
-            changed = text[:at] + str(rng.choice(list(readings[0].rivals(text, _RIVALS)[at]))) + text[at + 1 :]
+        rivals = list(filter(str.islower, readings[0].rivals(text, _RIVALS)[at]))
+        if count % 2 == 0 and rivals:
+            changed = text[:at] + str(rng.choice(rivals)) + text[at + 1 :]
             yield LabelledWord(f"{path.stem}*", changed, text, np.vstack([*known, shares_seen(readings, changed)]))
 
 
