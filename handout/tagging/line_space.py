@@ -192,7 +192,7 @@ _straight: WeakKeyDictionary[TextLines, list[LineStrip]] = WeakKeyDictionary()
 
 
 def straight_lines(ink: NDArray[np.bool_], text_lines: TextLines, pixel: float) -> list[LineStrip]:
-    """`strips` of the lines that were found in some ink, whose pixels are `pixel` mm, each page's once; none of none."""
+    """`strips` of the lines that were found in some ink, of pixels of `pixel` mm, each page's once; none of none."""
     if text_lines not in _straight:
         _straight[text_lines] = strips(ink, frames_of(text_lines, pixel)) if text_lines.lines else []
     return _straight[text_lines]
