@@ -28,6 +28,9 @@ from handout.tagging.network import LabelledColumns, join_columns
 from handout.tagging.synthetic_lines import SyntheticLine, built_in_hands, sampled_columns, synthetic_lines
 
 _TEST_LINES = 60  # new lines, on which the accuracy printed at the end is measured
+# of weights to their standard deviation: 0.6 % of the columns of a page are read otherwise than with all digits, where two
+# of the networks differ in 18 %
+_STEPS = 16
 _RATE = 1.2e-3  # learning rate of Adam, the best of a few on five real pages
 # x-heights, set by eye: what is struck out and a space have no width that could be measured
 _WIDTHS_BY_DEFINITION = {JUNK: 1.6, SPACE: 1.0}
@@ -122,8 +125,11 @@ def train(
 
 
 def save(trained: network.RectifierNetwork, path: Path) -> None:
-    """Write a network as .npz of half precision."""
-    arrays = {f"weight{i}": w for i, w in enumerate(trained.weights)}
+    """Write a network as .npz of half precision, its weights in steps that pack to little more than a byte each."""
+    steps = [2.0 ** np.round(np.log2(w.std() / _STEPS)) for w in trained.weights]
+    arrays = {
+        f"weight{i}": np.rint(w / step) * step for i, (w, step) in enumerate(zip(trained.weights, steps, strict=True))
+    }
     arrays |= {f"bias{i}": b for i, b in enumerate(trained.biases)}
     arrays |= {name: getattr(trained, name) for name in ("mean", "spread", "log_prior", "widths")}
     buffer = io.BytesIO()
