@@ -242,16 +242,20 @@ def _tag_source(
             )
     except InputError as error:
         raise InputError(f"{written.scan.source}: {error}") from error
-    # a text much of which is not on its page
+    _refuse_lost(tagged, lines)
+    for note in tagged.notes:
+        say(f"  {note}")
+    return tagged
+
+
+def _refuse_lost(tagged: TaggedPage, lines: str) -> None:
+    """Raise InputError for a text much of which is not on its page."""
     missing, characters = len(tagged.missing), len(tagged.missing) + len(tagged.glyphs)
     if missing > _LOST * characters:
         raise InputError(
             f"{tagged.page.source}: {missing} of the {characters} characters of its text are not on the page, which "
             f"has {lines} of writing: give the text of this page alone, line by line."
         )
-    for note in tagged.notes:
-        say(f"  {note}")
-    return tagged
 
 
 @dataclass(frozen=True, eq=False)

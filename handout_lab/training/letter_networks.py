@@ -28,8 +28,8 @@ from handout.tagging.network import LabelledColumns, join_columns
 from handout.tagging.synthetic_lines import SyntheticLine, built_in_hands, sampled_columns, synthetic_lines
 
 _TEST_LINES = 60  # new lines, on which the accuracy printed at the end is measured
-# of weights to their standard deviation: 0.6 % of the columns of a page are read otherwise than with all digits, where two
-# of the networks differ in 18 %
+# to a standard deviation of a layer's weights: 0.6 % of a page's columns are read otherwise than with all digits, where
+# two of the networks differ in 18 %
 _STEPS = 16
 _RATE = 1.2e-3  # learning rate of Adam, the best of a few on five real pages
 # x-heights, set by eye: what is struck out and a space have no width that could be measured

@@ -162,8 +162,11 @@ class BaseController(Controller):
             try:
                 self._stop_and_lift()
             except DeviceError:
-                self.log("The pen could not be lifted and may stand on the paper: lift it by hand.")
+                self._pen_not_lifted()
 
     @abstractmethod
     def _stop_and_lift(self) -> None:
         """Stop as soon as the protocol allows, and lift the pen; signals are deferred."""
+
+    def _pen_not_lifted(self) -> None:
+        self.log("The pen could not be lifted and may stand on the paper: lift it by hand.")
