@@ -9,6 +9,7 @@ import argparse
 import io
 import sys
 from collections.abc import Sequence
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 
@@ -124,12 +125,17 @@ def train(
     )
 
 
+def round_weights(trained: network.RectifierNetwork) -> network.RectifierNetwork:
+    """The network with its weights in steps, of which a file keeps little more than a byte each."""
+    steps = [np.float32(2.0 ** np.round(np.log2(w.std() / _STEPS))) for w in trained.weights]
+    return replace(
+        trained, weights=tuple(np.rint(w / step) * step for w, step in zip(trained.weights, steps, strict=True))
+    )
+
+
 def save(trained: network.RectifierNetwork, path: Path) -> None:
-    """Write a network as .npz of half precision, its weights in steps that pack to little more than a byte each."""
-    steps = [2.0 ** np.round(np.log2(w.std() / _STEPS)) for w in trained.weights]
-    arrays = {
-        f"weight{i}": np.rint(w / step) * step for i, (w, step) in enumerate(zip(trained.weights, steps, strict=True))
-    }
+    """Write a network as .npz of half precision."""
+    arrays = {f"weight{i}": w for i, w in enumerate(trained.weights)}
     arrays |= {f"bias{i}": b for i, b in enumerate(trained.biases)}
     arrays |= {name: getattr(trained, name) for name in ("mean", "spread", "log_prior", "widths")}
     buffer = io.BytesIO()
@@ -167,7 +173,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     hands = [library.load(name) for name in options.hands]
     rng = np.random.default_rng(options.seed)
     trained = train(hands, sentences, rng, lines=options.lines, epochs=options.epochs, hidden=options.hidden)
-    save(trained, options.output)
+    save(round_weights(trained), options.output)
     test_lines = list(synthetic_lines(hands, sentences, _TEST_LINES, np.random.default_rng(options.seed + 1000)))
     states, letters = accuracy(network.load(options.output), test_lines)
     size = options.output.stat().st_size / 1e6
