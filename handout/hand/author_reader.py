@@ -157,10 +157,9 @@ def surprises(reader: Reader, pictures: Sequence[Array], letters: Sequence[str])
     return np.clip(-log_probabilities(reader.read_all(pictures), letters), 0.0, SETTINGS.most)
 
 
-def misread_letters(seen: Sequence[Array], words: Sequence[str]) -> Iterator[list[float]]:
+def misread_letters(seen: Sequence[Array], words: Sequence[str]) -> list[Array]:
     """Of every letter of words, how probably it is another to who knows no author, given the words' pictures."""
-    for word, reading in zip(words, pictures.load().read_all(seen), strict=True):
-        yield shares_seen([reading], word)[0].tolist()
+    return shares_seen(pictures.load().read_all(seen), words)
 
 
 def usual_surprise(surprises: Array, letters: Sequence[str], alone: NDArray[np.bool_]) -> Array:

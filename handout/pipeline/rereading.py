@@ -216,22 +216,28 @@ class Rereader:
             text = "".join(unit.word.spelt)
             words.append(ReadWord(text, unit.word.at[0], numbers, picture, np.zeros(len(numbers))))
         known = [word for word in words if readable(word.text)]
-        readings = read([word.picture for word in known])
-        logs = [pictures.log_probabilities(seen, [w.text for w in known]) for seen in zip(*readings, strict=True)]
-        judged = map(self._judged, known, readings, np.array(logs).T)
+        judged = iter(self._judge(known))
         for unit, word in zip(new, words, strict=True):
             self._known[unit.word] = next(judged) if readable(word.text) else word
         return [self._known[unit.word] for unit in units]
 
-    def _judged(self, word: ReadWord, readings: tuple[PictureReading, ...], logs: Array) -> ReadWord:
-        before = self._before[word.numbers]
-        # none of its letters is another more probably than the word is
-        most = np.repeat(1.0 - np.exp(logs)[:, None], len(before), axis=1)
-        sure = replace(word, misread=self._weights.misread(before, most))
-        if sure.wrong < self._weights.again:
-            return sure
-        seen = shares_seen(readings, word.text)
-        return replace(word, misread=self._weights.misread(before, seen), readings=readings)
+    def _judge(self, words: Sequence[ReadWord]) -> list[ReadWord]:
+        """Words with how probably strangers misread their letters."""
+        readings, texts = read([word.picture for word in words]), [word.text for word in words]
+        logs = np.array([pictures.log_probabilities(seen, texts) for seen in zip(*readings, strict=True)]).T
+        before, found, unsure = [self._before[word.numbers] for word in words], list[ReadWord](), list[int]()
+        for k, word in enumerate(words):
+            # none of its letters is another more probably than the word is
+            most = np.repeat(1.0 - np.exp(logs[k])[:, None], len(before[k]), axis=1)
+            found.append(replace(word, misread=self._weights.misread(before[k], most)))
+            if found[k].wrong >= self._weights.again:
+                unsure.append(k)
+        of_readers = zip(*(readings[k] for k in unsure), strict=True)
+        seen = [shares_seen(each, [texts[k] for k in unsure]) for each in of_readers]
+        for k, *shares in zip(unsure, *seen, strict=True):
+            misread = self._weights.misread(before[k], np.array(shares))
+            found[k] = replace(words[k], misread=misread, readings=readings[k])
+        return found
 
 
 @lru_cache(maxsize=2)

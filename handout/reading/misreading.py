@@ -17,7 +17,7 @@ from pathlib import Path
 import msgspec
 import numpy as np
 
-from handout.reading.pictures import PictureReading
+from handout.reading.pictures import PictureReading, letter_shares
 from handout.values import Array
 
 WEIGHTS = Path(__file__).parent / "networks" / "misreading.toml"
@@ -59,16 +59,12 @@ def odds(shares: Array) -> Array:
     return np.asarray(np.log(kept / (1 - kept)))
 
 
-def shares_seen(readings: Sequence[PictureReading], word: str) -> Array:
-    """(readers, letters) 0–1: how probably each letter of a word is another, by what each reader sees.
+def shares_seen(readings: Sequence[PictureReading], words: Sequence[str]) -> list[Array]:
+    """(letters,) 0–1 of each word: how probably each of its letters is another, by what a reader sees.
 
-    In a picture that is too narrow for its word, which is not read letter by letter, all are an even chance.
+    Of a picture that is too narrow for its word, which is not read letter by letter, all are an even chance.
     """
-    found = []
-    for reading in readings:
-        labels = reading.labels(word)
-        try:
-            found.append(1.0 - reading.shares(labels)[np.arange(len(labels)), labels])
-        except ValueError:
-            found.append(np.full(len(labels), 0.5))
-    return np.array(found)
+    labels = [reading.labels(word) for reading, word in zip(readings, words, strict=True)]
+    shares = letter_shares(readings, labels)
+    right = [share[np.arange(len(own)), own] for share, own in zip(shares, labels, strict=True)]
+    return [np.where(np.isnan(share), 0.5, 1.0 - share) for share in right]

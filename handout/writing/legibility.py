@@ -107,7 +107,7 @@ def _measure_misreadings(hand: ScannedHand) -> Array:
     of_glyph: list[list[float]] = [[] for _ in hand.glyphs]
     texts = ["".join(hand.glyphs[n].letter for n in word) for word in words]
     for word, missed in zip(words, misread_letters(_written_words(hand, words, rng), texts), strict=True):
-        for number, share in zip(word, missed, strict=True):
+        for number, share in zip(word, missed.tolist(), strict=True):
             of_glyph[number].append(share)
     counted = [sorted(each)[: max(round(len(each) * (1 - _SETTINGS.worst)), 1)] for each in of_glyph]
     return np.array([float(np.mean(each)) if each else 0.0 for each in counted])

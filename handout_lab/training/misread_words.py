@@ -30,6 +30,7 @@ from handout.pipeline import rereading
 from handout.pipeline.options import WritingOptions
 from handout.pipeline.texts import prepare
 from handout.reading.misreading import WEIGHTS, MisreadWeights, odds, shares_seen
+from handout.reading.pictures import PictureReading
 from handout.values import Array
 from handout.writing.compose import each_page
 from handout.writing.legibility import misread_shares
@@ -86,17 +87,21 @@ def written_words(path: Path, read: Sequence[tuple[str, str]], seed: int) -> Ite
     list(each_page(text, hand, task.layout, np.random.default_rng([seed]), fallback=True, proofread=rereader))
     of_glyph, of_letter = misread_shares(author)
     rng = np.random.default_rng(seed)
+
+    def shares_of(readings: Sequence[PictureReading], text: str) -> Array:
+        return np.array([shares_seen([reading], [text])[0] for reading in readings])
+
     pictures = rereading.read([word.picture for word in rereader.words])
     for count, (word, readings, (_, seen)) in enumerate(zip(rereader.words, pictures, read, strict=True)):
         lent = word.numbers >= len(of_glyph)
         own = np.where(lent, 0, word.numbers)
         known = [np.where(lent, of_glyph.mean(), shares[own]) for shares in (of_glyph, of_letter)]
         text, at = word.text, int(rng.integers(len(word.text)))
-        yield LabelledWord(path.stem, text, seen, np.vstack([*known, shares_seen(readings, text)]))
+        yield LabelledWord(path.stem, text, seen, np.vstack([*known, shares_of(readings, text)]))
         rivals = list(filter(str.islower, readings[0].rivals(text, _RIVALS)[at]))
         if count % 2 == 0 and rivals:
             changed = text[:at] + str(rng.choice(rivals)) + text[at + 1 :]
-            yield LabelledWord(f"{path.stem}*", changed, text, np.vstack([*known, shares_seen(readings, changed)]))
+            yield LabelledWord(f"{path.stem}*", changed, text, np.vstack([*known, shares_of(readings, changed)]))
 
 
 def fit(words: Sequence[LabelledWord], readers: int) -> MisreadWeights:

@@ -33,13 +33,12 @@ def test_few_words_of_an_author_are_doubted_but_under_other_texts():
     weights, shares = misreading.load(len(readings[0])), misread_shares(hand)
 
     def told(texts):
-        return np.mean(
-            [
-                1 - np.prod(1 - weights.misread(before, misreading.shares_seen(seen, text))) > weights.told
-                for word, text, seen in zip(words, texts, readings, strict=True)
-                for before in [weights.before(*(each[word.glyphs] for each in shares))]
-            ]
-        )
+        seen = [misreading.shares_seen(each, texts) for each in zip(*readings, strict=True)]
+        wrong = []
+        for word, *shown in zip(words, *seen, strict=True):
+            before = weights.before(*(each[word.glyphs] for each in shares))
+            wrong.append(1 - np.prod(1 - weights.misread(before, np.array(shown))))
+        return np.mean(np.array(wrong) > weights.told)
 
     assert told([word.text for word in words]) < 0.07
     assert told([word.text[:-2] + ("e" if word.text[-2] != "e" else "o") + word.text[-1] for word in words]) > 0.7

@@ -66,7 +66,7 @@ def test_it_reads_words_and_minds_wrong_letters(words):
 def test_what_both_see_counts(words):
     weights = misreading.load(2)
     (first, *_), (text, *_) = rereading.read([word.picture for word in words]), [word.text for word in words]
-    seen, before = misreading.shares_seen(first, text), np.full(len(text), -3.0)
+    seen, before = np.vstack([misreading.shares_seen([one], [text]) for one in first]), np.full(len(text), -3.0)
     usual = weights.misread(before, seen)
     for reader in (0, 1):
         more = seen.copy()
