@@ -64,40 +64,32 @@ def assigned_to_lines(
 
 
 def line_fits(reader: PageReader, lines: Sequence[TranscriptLine], rng: np.random.Generator) -> list[float]:
-    widths = reader.widths(lines)
-    fits = []
-    for i, line in enumerate(lines):
-        reading = reader.reading(i)
-        decoded = decode(reading, line.letters, widths) if line.letters else None
-        fits.append(fit(reading, line, decoded, widths, rng) if decoded else 0.0)
-    return fits
+    """How far each line's text comes from chance, 0, to what would suit every column best, 1; 0 without text.
+
+    Of one page they are worked out once; `rng` moves on as far all the same, so that the letters are found alike.
+    """
+    shuffled = [[_shuffle(line, rng) for _ in range(_SHUFFLES if line.letters else 0)] for line in lines]
+    if tuple(lines) not in reader.fits:
+        widths, fits = reader.widths(lines), list[float]()
+        for i, (line, others) in enumerate(zip(lines, shuffled, strict=True)):
+            fits.append(0.0)
+            if line.letters:
+                reading = reader.reading(i)
+                score, *by_chance = (decode(reading, letters, widths).score for letters in (line.letters, *others))
+                least = float(np.mean(by_chance))
+                most = np.maximum(np.diff(reading.letters, axis=0).max(axis=1), np.diff(reading.space)).sum()
+                fits[-1] = (score - least) / max(float(most) - least, 1e-6)
+        reader.fits[tuple(lines)] = fits
+    return list(reader.fits[tuple(lines)])
 
 
-def fit(
-    reading: ColumnReading,
-    line: TranscriptLine,
-    decoded: Decoded,
-    widths: Mapping[str, float],
-    rng: np.random.Generator,
-) -> float:
-    """How far the line's text comes from chance, 0, to what would suit every column best, 1."""
-    least = chance(reading, line, widths, rng)
-    most = np.maximum(np.diff(reading.letters, axis=0).max(axis=1), np.diff(reading.space)).sum()
-    return (decoded.score - least) / max(float(most) - least, 1e-6)
-
-
-def chance(
-    reading: ColumnReading, line: TranscriptLine, widths: Mapping[str, float], rng: np.random.Generator
-) -> float:
-    """Score of the line's letters in another order, the words' lengths kept: mean of a few."""
+def _shuffle(line: TranscriptLine, rng: np.random.Generator) -> list[str]:
+    """The line's letters in another order, the words' lengths kept."""
     at = [i for i, letter in enumerate(line.letters) if letter not in (SPACE, JUNK)]
-    scores = []
-    for _ in range(_SHUFFLES):
-        letters = list(line.letters)
-        for i, j in zip(at, rng.permutation(at), strict=True):
-            letters[i] = line.letters[j]
-        scores.append(decode(reading, letters, widths).score)
-    return float(np.mean(scores))
+    letters = list(line.letters)
+    for i, j in zip(at, rng.permutation(at), strict=True):
+        letters[i] = line.letters[j]
+    return letters
 
 
 def broken_freely(
@@ -130,9 +122,25 @@ def median_fit(fits: Sequence[float]) -> float:
 
 def text_fit(strips: Sequence[LineStrip], lines: Sequence[TranscriptLine], rng: np.random.Generator) -> float:
     """How well a text fits straightened lines, broken as suits it best: the middle line's fit."""
+    return median_fit([fit for fit, _ in _fits_of_text(strips, lines, rng)])
+
+
+def transcript_fit(page: WrittenPage, transcript: str, rng: np.random.Generator) -> float:
+    """How well a text explains a page's lines, weighted by its letters; 0 where `align` would refuse it."""
+    straightened = strips(page.mask.ink, frames(page)) if page.text_lines.lines else []
+    found = _fits_of_text(straightened, read_transcript(transcript), rng) if straightened else []
+    fits, weights = [fit for fit, _ in found], [count for _, count in found]
+    return float(np.average(fits, weights=weights)) if median_fit(fits) >= REFUSED else 0.0
+
+
+def _fits_of_text(
+    strips: Sequence[LineStrip], lines: Sequence[TranscriptLine], rng: np.random.Generator
+) -> list[tuple[float, int]]:
+    """How well the text of each line that has any fits it, and how many letters that is."""
     reader = page_reader([strip.image for strip in strips], network.load_networks())
     parts, fits = assigned_to_lines(reader, lines, rng)
-    return median_fit([of_line for of_line, part in zip(fits, parts, strict=True) if part.letters])
+    counts = [len(part.letters) - part.letters.count(SPACE) for part in parts]
+    return [both for both in zip(fits, counts, strict=True) if both[1]]
 
 
 def text_breadth(strips: Sequence[LineStrip], lines: Sequence[TranscriptLine]) -> float:
