@@ -14,7 +14,7 @@ from handout.networks import one_thread
 from handout.progress import Tell, silent
 from handout.tagging import network
 from handout.tagging.decoder import Decoded
-from handout.tagging.line_space import LineFrame, LineStrip, frames, strips
+from handout.tagging.line_space import LineFrame, LineStrip, straight_lines
 from handout.tagging.network import RectifierNetwork
 from handout.tagging.segmentation import PageReader, by_segments, confidence, page_reader
 from handout.tagging.transcript import TranscriptLine, read_transcript
@@ -77,10 +77,14 @@ def line_fits(reader: PageReader, lines: Sequence[TranscriptLine], rng: np.rando
                 reading = reader.reading(i)
                 score, *by_chance = (decode(reading, letters, widths).score for letters in (line.letters, *others))
                 least = float(np.mean(by_chance))
-                most = np.maximum(np.diff(reading.letters, axis=0).max(axis=1), np.diff(reading.space)).sum()
-                fits[-1] = (score - least) / max(float(most) - least, 1e-6)
+                fits[-1] = (score - least) / max(_most(reading) - least, 1e-6)
         reader.fits[tuple(lines)] = fits
     return list(reader.fits[tuple(lines)])
+
+
+def _most(reading: ColumnReading) -> float:
+    """The score of what would suit every column best."""
+    return float(np.maximum(np.diff(reading.letters, axis=0).max(axis=1), np.diff(reading.space)).sum())
 
 
 def _shuffle(line: TranscriptLine, rng: np.random.Generator) -> list[str]:
@@ -95,9 +99,19 @@ def _shuffle(line: TranscriptLine, rng: np.random.Generator) -> list[str]:
 def broken_freely(
     readings: Sequence[ColumnReading], lines: Sequence[TranscriptLine], widths: Mapping[str, float]
 ) -> list[TranscriptLine]:
-    """The text of each line of the page, perhaps empty, whatever the line breaks of the transcript."""
-    text = in_one_line(lines)
-    row = in_a_row(readings)
+    """The text of each line of the page, perhaps empty, whatever the line breaks of the transcript.
+
+    Where the transcript has fewer lines, one that its text would fit poorly, as a printed heading, is left without any.
+    """
+    text, unread = in_one_line(lines), list[float]()
+    if len(lines) < len(readings):
+        counts, most = np.array([(reading.columns, _most(reading)) for reading in readings]).T
+        backwards = [part.letters[::-1] for part in _evenly_broken(lines, len(readings))]
+        least = [decode(one, letters, widths).score for one, letters in zip(readings, backwards, strict=True)]
+        # a line's own would tell how much text it was given, too
+        by_chance = float(np.median(least / counts)) * counts
+        unread = (by_chance + POOR * (most - by_chance)).tolist()
+    row = in_a_row(readings, unread)
     decoded = decode(row, text.letters, widths)
     middle = 0.5 * (decoded.left + decoded.right) / STEP
     owner = np.searchsorted(np.array(row.lines), middle, side="right") - 1
@@ -121,26 +135,30 @@ def median_fit(fits: Sequence[float]) -> float:
 
 
 def text_fit(strips: Sequence[LineStrip], lines: Sequence[TranscriptLine], rng: np.random.Generator) -> float:
-    """How well a text fits straightened lines, broken as suits it best: the middle line's fit."""
+    """How well a text fits straightened lines, broken as suits it best: the middle line's, 0 of a bare one."""
     return median_fit([fit for fit, _ in _fits_of_text(strips, lines, rng)])
 
 
 def transcript_fit(page: WrittenPage, transcript: str, rng: np.random.Generator) -> float:
     """How well a text explains a page's lines, weighted by its letters; 0 where `align` would refuse it."""
-    straightened = strips(page.mask.ink, frames(page)) if page.text_lines.lines else []
-    found = _fits_of_text(straightened, read_transcript(transcript), rng) if straightened else []
+    found = _fits_of_text(
+        straight_lines(page.mask.ink, page.text_lines, page.scan.pixel), read_transcript(transcript), rng
+    )
     fits, weights = [fit for fit, _ in found], [count for _, count in found]
-    return float(np.average(fits, weights=weights)) if median_fit(fits) >= REFUSED else 0.0
+    refused = median_fit([fit for fit, count in found if count]) < REFUSED
+    return 0.0 if refused else float(np.average(fits, weights=weights))
 
 
 def _fits_of_text(
     strips: Sequence[LineStrip], lines: Sequence[TranscriptLine], rng: np.random.Generator
 ) -> list[tuple[float, int]]:
-    """How well the text of each line that has any fits it, and how many letters that is."""
+    """How well the text of each line fits it, and how many letters that is; 0 where it has none."""
+    if not strips:
+        return []
     reader = page_reader([strip.image for strip in strips], network.load_networks())
     parts, fits = assigned_to_lines(reader, lines, rng)
     counts = [len(part.letters) - part.letters.count(SPACE) for part in parts]
-    return [both for both in zip(fits, counts, strict=True) if both[1]]
+    return list(zip(fits, counts, strict=True))
 
 
 def text_breadth(strips: Sequence[LineStrip], lines: Sequence[TranscriptLine]) -> float:
@@ -256,8 +274,14 @@ def align(
 
     Raises InputError: an empty transcript, a page without lines, or the transcript of another page.
     """
-    straightened = strips(page.mask.ink, frames(page)) if page.text_lines.lines else []
-    return align_strips(straightened, transcript, method=method, rng=rng, networks=networks, tell=tell)
+    return align_strips(
+        straight_lines(page.mask.ink, page.text_lines, page.scan.pixel),
+        transcript,
+        method=method,
+        rng=rng,
+        networks=networks,
+        tell=tell,
+    )
 
 
 @one_thread

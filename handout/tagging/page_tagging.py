@@ -230,6 +230,11 @@ def _notes(page: ScannedPage, alignment: Alignment, missing: Sequence[Missing]) 
         "its letters are kept as doubtful."
         for number in alignment.poor
     ]
+    if bare := [f"line {number + 1}" for number in range(len(page.baselines)) if number not in text]:
+        notes.append(
+            f"{page.source}: nothing of its text is on {list_names(bare)} of its {len(page.baselines)} lines of "
+            "writing; what is there is left out."
+        )
     if missing:
         names = list_names([f"{letter.letter} (line {letter.line + 1})" for letter in missing])
         notes.append(f"{page.source}: not found on the page: {names}.")
