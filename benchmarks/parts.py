@@ -185,9 +185,9 @@ def stiff(model: LayoutModel, number: int, drift: tuple[float, ...], seed: int, 
     return unbent()
 
 
-def over(a: GlyphLayer, b: GlyphLayer, *, gradient: float = 0.0) -> tuple[GlyphLayer, GlyphLayer]:
-    """Two layers as they are.  See `layers.part_layers`."""
-    return a, b
+def over(layers: Sequence[GlyphLayer]) -> list[GlyphLayer]:
+    """Layers as they are.  See `layers.part_layers`."""
+    return list(layers)
 
 
 def _bounds(forms: Forms) -> Array:

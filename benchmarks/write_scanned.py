@@ -45,8 +45,7 @@ STAGES = {
         *(f"{_LAYOUT}.{name}" for name in ("LayoutModel.bends", "resolve_collisions", "set_line")),
     ),
     "texture: warping": (f"{_TEXTURE}.warp",),
-    "texture: seams": (f"{_TEXTURE}.parted",),
-    "texture: laying": (f"{_TEXTURE}._lay",),
+    "texture: seams": (f"{_TEXTURE}.part_layers",),
     "paper": (f"{__name__}.flatten",),
 }
 

@@ -31,7 +31,12 @@ class Archive:
         return json.loads(self.bytes(name))
 
     def array(self, name):
-        return np.load(io.BytesIO(self.bytes(name)), allow_pickle=False)
+        array = np.load(io.BytesIO(self.bytes(name)), allow_pickle=False)
+        if array.dtype != np.uint8 or array.ndim == 1:
+            return array
+        # of whole numbers the lowest bytes of all, then the next ones; negative numbers odd, others even
+        folded = sum(row.astype(np.int64) << 8 * k for k, row in enumerate(array))
+        return np.where(folded % 2, -(folded + 1) // 2, folded // 2).T
 
     def steps(self, name, parts=1):
         return np.cumsum(self.array(name).astype(np.int64), axis=0) / parts
@@ -51,7 +56,7 @@ def read_hand(path):
     journal = Archive(path).json("corrections.json")
     file = Archive(path, [f"corrections/{k}/" for k in range(journal["made"], 0, -1)])
     facts = file.json("hand.json")
-    if facts["format"] != 2:
+    if facts["format"] not in (2, 3):
         raise ValueError("another format of .hand")
     pages = []
     for number, page in enumerate(facts["pages"]):

@@ -27,7 +27,6 @@ _OURS = {
     "report-time": "nothing: the time is always said",
     "reordering": "--order travel",
     "sort-paths": "--order travel",
-    "layer": "--layers name, which stops before every layer",
     "page-delay": '--after-page "wait 15s"',
     "model": "--device axidraw-v3-a3, or another of handout devices list",
     "penlift": "--device axidraw-v3-brushless, or another of handout devices list",

@@ -7,7 +7,7 @@ undone and made again: the hand after entry k has of every part the newest of th
 What was worked out of the hand is kept with it, beside the parts that it was worked out of (`hand.learnt`): it counts
 for a hand of those parts alone.
 
-Places are kept to 1/16 pixel, radii to 1/256 pixel, densities to 1/100.
+Places are kept to 1/16 pixel, radii to 1/256 pixel, densities to 1/100; arrays as `archive.split_bytes` gives them.
 
 Source: seed 000, §5.1.3 for what is kept.
 """
@@ -31,7 +31,7 @@ from numpy.typing import NDArray
 from handout import atomic
 from handout.errors import InputError
 from handout.hand import learnt
-from handout.hand.archive import Archive, Content, Packed, content_bytes, pack
+from handout.hand.archive import Archive, Content, Packed, content_bytes, pack, split_bytes
 from handout.hand.corrections import AnyCorrection, CorrectionJournal, JournalEntry, apply, read_corrections
 from handout.hand.ligatures import find_again
 from handout.hand.places import PLACES
@@ -39,7 +39,7 @@ from handout.hand.scanned import KeptScan, Ligature, ScannedGlyph, ScannedHand, 
 from handout.values import Array, Indices, LineGraph, Moments
 
 _RISING = "ligatures/rising.npy"  # empty: in files of programs that found ligatures as they are found now
-FORMAT = 2  # of the file; any other is refused with what to do
+FORMAT, _EARLIER = 3, 2  # of the file, and the one before, which has arrays as they are; others are refused
 SUFFIX = ".hand"
 _UV, _RADIUS, _DENSITY = 16.0, 256.0, 100.0  # steps a pixel, a pixel, 1
 _WIDEST = 10.0  # mm, half the width of a line: the widest brush of a pen; set by eye
@@ -275,10 +275,10 @@ def _hand_parts(hand: ScannedHand, packed: bool, drawn: Sequence[bool] = ()) -> 
     for number, page in enumerate(hand.pages):
         graph, folder = page.graph, f"pages/{number}/"
         parts[folder + "uv.npy"] = _steps(np.rint(graph.uv * _UV))
-        parts[folder + "radius.npy"] = np.clip(np.rint(graph.radius / page.pixel * _RADIUS), 0, 65535).astype(np.uint16)
+        parts[folder + "radius.npy"] = split_bytes(np.clip(np.rint(graph.radius / page.pixel * _RADIUS), 0, 65535))
         parts[folder + "density.npy"] = np.clip(np.rint(graph.density * _DENSITY), 0, 255).astype(np.uint8)
         first, second = graph.edges.T
-        parts[folder + "edges.npy"] = np.column_stack([_steps(first), (second - first).astype(np.int32)])
+        parts[folder + "edges.npy"] = split_bytes(np.column_stack([np.diff(first, prepend=0), second - first]))
         parts[folder + "dismissed.npy"] = _steps(page.dismissed)
         if page.moments is not None:
             # an empty array says that the page was recorded where nothing more is known of its vertices
@@ -397,7 +397,7 @@ def _check_known(archive: Archive, path: Path) -> None:
     if "hand.json" not in archive:
         raise InputError(f"{path} is not a .hand file: make one with `handout hand read`.")
     version = archive.json("hand.json", _Version).format
-    if version != FORMAT:
+    if version not in (_EARLIER, FORMAT):
         way = "use a newer version of handout" if version > FORMAT else "read the pages again"
         raise InputError(f"{path} is of format {version} and this program knows format {FORMAT}: {way}.")
 
@@ -503,11 +503,11 @@ def _glyph_arrays(glyphs: Sequence[ScannedGlyph]) -> dict[str, Content]:
     strokes = [(number, way) for number, glyph in enumerate(glyphs) for way in glyph.ways]
     return {
         **(_numbered_lists("strokes", strokes) if strokes else {}),
-        "glyphs/table.npy": np.array(rows, dtype=np.int32).reshape(-1, len(_COLUMNS)),
+        "glyphs/table.npy": split_bytes(np.array(rows, dtype=np.int32).reshape(-1, len(_COLUMNS))),
         "glyphs/confidence.npy": np.array([g.confidence for g in glyphs], dtype=np.float32),
         "glyphs/confirmed.npy": np.array([g.confirmed + (g.confirmed and g.kept_out) for g in glyphs], dtype=np.uint8),
         "glyphs/vertices.npy": _flat([g.vertices for g in glyphs]),
-        "glyphs/counts.npy": np.array([len(g.vertices) for g in glyphs], dtype=np.int32),
+        "glyphs/counts.npy": split_bytes(np.array([len(g.vertices) for g in glyphs])),
         **_numbered_lists("ligatures", [(number, way.path) for number, way in ways]),
         _RISING: np.zeros(0, dtype=np.uint8),
     }
@@ -516,19 +516,19 @@ def _glyph_arrays(glyphs: Sequence[ScannedGlyph]) -> dict[str, Content]:
 def _numbered_lists(folder: str, lists: Sequence[tuple[int, Indices]]) -> dict[str, Content]:
     """Lists of vertices, and of which glyph each is."""
     return {
-        f"{folder}/from.npy": np.array([number for number, _ in lists], dtype=np.int32),
+        f"{folder}/from.npy": split_bytes(np.array([number for number, _ in lists])),
         f"{folder}/vertices.npy": _flat([vertices for _, vertices in lists]),
-        f"{folder}/counts.npy": np.array([len(vertices) for _, vertices in lists], dtype=np.int32),
+        f"{folder}/counts.npy": split_bytes(np.array([len(vertices) for _, vertices in lists])),
     }
 
 
-def _flat(lists: Sequence[Indices]) -> NDArray[np.int32]:
+def _flat(lists: Sequence[Indices]) -> NDArray[np.uint8]:
     return _steps(np.concatenate([np.zeros(0, np.intp), *lists]))
 
 
-def _steps(values: NDArray[Any]) -> NDArray[np.int32]:
+def _steps(values: NDArray[Any]) -> NDArray[np.uint8]:
     """Whole numbers as differences, which are small where vertices follow their line: they pack far better."""
-    return np.diff(values.astype(np.int64), axis=0, prepend=0).astype(np.int32)
+    return split_bytes(np.diff(values.astype(np.int64), axis=0, prepend=0))
 
 
 def _sums(steps: NDArray[Any]) -> NDArray[np.int64]:
@@ -576,7 +576,7 @@ def _ligatures(archive: Archive, table: list[Any], pages: Sequence[ScannedPage])
         page, line = table[number][:2]
         if not (0 <= page < len(pages) and 0 <= line < len(pages[page].baselines)):
             raise ValueError(f"glyph {number} is on a line that there is not")
-        if len(path) < 2 or path.min() < 0 or path.max() >= len(pages[page].graph):
+        if len(path) < 2 or not all(0 <= end < len(pages[page].graph) for end in (path[0], path[-1])):
             raise ValueError(f"a ligature of glyph {number} names a vertex that there is not")
         ligatures.setdefault(page, []).append((number, line, path))
     ways: dict[int, list[Ligature]] = {}

@@ -7,12 +7,13 @@ Source: seed 000, §6.5; Kwatra, Schödl, Essa, Turk & Bobick 2003, Graphcut tex
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from handout.inking.atlas import pack
 from handout.scanning.graph_cut import minimum_cut
 from handout.values import Array
 
@@ -21,7 +22,7 @@ from handout.values import Array
 class GlyphLayer:
     """The ink of one glyph.
 
-    rgba : (h, w, 4) float32, premultiplied.
+    rgba : (h, w, 4) uint8, straight alpha.
     near : (h, w) int32: number of the nearest vertex, −1 where the line is out of reach.
     corner : (x, y) of its first pixel on the page.
     xy : (n, 2) float, pixels of the page: vertices of the line.
@@ -30,7 +31,7 @@ class GlyphLayer:
     loose : (n,) bool: ends of lines.
     """
 
-    rgba: NDArray[np.float32]
+    rgba: NDArray[np.uint8]
     near: NDArray[np.int32]
     corner: tuple[int, int]
     xy: Array
@@ -38,22 +39,16 @@ class GlyphLayer:
     twice: NDArray[np.complex128]
     loose: NDArray[np.bool_]
 
-    def view(self, window: tuple[int, int, int, int]) -> tuple[NDArray[np.float32], NDArray[np.int32]]:
-        """Ink and nearest vertices in a window (left, top, right, bottom) of the page that lies within the layer."""
-        left, top, right, bottom = window
-        (x, y) = self.corner
-        part = np.s_[top - y : bottom - y, left - x : right - x]
-        return self.rgba[part], self.near[part]
-
 
 _FINE = 64.0  # capacities become whole numbers: so much finer than they would
 _NEAR, _OF_RADIUS = 1.5, 0.3  # pixels, and share of the radius, within which two lines are one
 _ONE = 0.02  # pixels within which two vertices are one
 _ENDING = 0.5  # radii before its end where a line gives way to one that goes on
 _ALIKE = 0.5  # cosine of twice the angle between them, at least
+_LAYERS = 2.0  # reaches between layers that are searched in one space
 
 _Mask = NDArray[np.bool_]
-_Pixels = NDArray[np.floating[Any]]
+_Pixels = NDArray[np.uint8]
 
 
 def seam(a: _Pixels, b: _Pixels, both: _Mask, to_a: _Mask, to_b: _Mask) -> _Mask:
@@ -63,7 +58,7 @@ def seam(a: _Pixels, b: _Pixels, both: _Mask, to_a: _Mask, to_b: _Mask) -> _Mask
 
     Parameters
     ----------
-    a, b : (h, w, 4) float, premultiplied.
+    a, b : (h, w, 4) uint8, straight alpha.
     both : (h, w) bool: the overlap.
     to_a, to_b : (h, w) bool: pixels of it that are settled.
 
@@ -77,8 +72,11 @@ def seam(a: _Pixels, b: _Pixels, both: _Mask, to_a: _Mask, to_b: _Mask) -> _Mask
     Source: Kwatra et al. 2003, eq. 1.
     """
     at = np.flatnonzero(both)
-    apart = np.zeros(both.shape, dtype=a.dtype)
-    apart[both] = np.sqrt(((a.reshape(-1, a.shape[2])[at] - b.reshape(-1, b.shape[2])[at]) ** 2).sum(axis=1))
+    inks = [rgba.reshape(-1, 4).take(at, axis=0).astype(np.float32) / 255 for rgba in (a, b)]
+    for ink in inks:
+        ink[:, :3] *= ink[:, 3:]
+    apart = np.zeros(both.shape, dtype=np.float32)
+    apart[both] = np.sqrt(((inks[0] - inks[1]) ** 2).sum(axis=1))
     number = np.full(both.shape, -1, dtype=np.intp)
     number[both] = np.arange(len(at))
     pairs, prices = [], []
@@ -89,41 +87,59 @@ def seam(a: _Pixels, b: _Pixels, both: _Mask, to_a: _Mask, to_b: _Mask) -> _Mask
     (first, second), price = np.concatenate(pairs, axis=1), np.concatenate(prices).astype(np.float64) * _FINE
     sure = np.bincount(first, price, len(at)) + np.bincount(second, price, len(at)) + 1
     cost = sure * (to_a[both].astype(np.float64) - to_b[both])
-    from_a = np.zeros(both.shape, dtype=bool)
-    from_a[both] = minimum_cut(cost, first, second, price)
-    return from_a
+    of_b = np.zeros(both.shape, dtype=bool)
+    of_b[both] = minimum_cut(cost, first, second, price)
+    return of_b
 
 
-def part_layers(a: GlyphLayer, b: GlyphLayer) -> tuple[GlyphLayer, GlyphLayer]:
-    """Two layers of which one goes on where the other ends: what both show is left to one of them, pixel by pixel.
+def part_layers(layers: Sequence[GlyphLayer]) -> list[GlyphLayer]:
+    """Layers of a line of which one goes on where the one before ends: what both show is left to one of them.
 
     Both show the same line where their vertices lie on each other and lead the same way.  Of the pixels of that line
     those beside the rest of either layer are its own, and where a line ends in one layer only, the other has it;
     between them runs the seam.
     """
-    # the smallest window of the page that holds what the layers share
-    left, top = (max(a.corner[k], b.corner[k]) for k in (0, 1))
-    right, bottom = (min(layer.corner[k] + layer.near.shape[1 - k] for layer in (a, b)) for k in (0, 1))
-    if left >= right or top >= bottom:
-        return a, b
-    window = left, top, right, bottom
-    same = _shared_vertices(a, b), _shared_vertices(b, a)
-    if not (same[0].any() and same[1].any()):
-        return a, b
-    views = [layer.view(window) for layer in (a, b)]
-    lines = [_part(near, shared) for (_, near), shared in zip(views, same, strict=True)]
-    both = lines[0] | lines[1]
-    rest = [_grow_mask((near >= 0) & ~line) & both for (_, near), line in zip(views, lines, strict=True)]
-    ends = [_part(near, _ending(layer) & shared) for (_, near), layer, shared in zip(views, (a, b), same, strict=True)]
+    if not layers:
+        return []
+    corner = np.array([layer.corner for layer in layers])
+    end = corner + [layer.near.shape[::-1] for layer in layers]
+    # the smallest windows of the page that hold what two layers share
+    low, high = np.maximum(corner[:-1], corner[1:]), np.minimum(end[:-1], end[1:])
+    first = np.cumsum([0, *(len(layer.xy) for layer in layers)])
+    shared = _shared_vertices(layers)
+    joined = np.logical_or.reduceat(shared, first[:-1], axis=1)
+    pairs = np.flatnonzero((low < high).all(axis=1) & joined[1, :-1] & joined[0, 1:]).tolist()
+    parted = list(layers)
+    if not pairs:
+        return parted
+
+    def view(pair: int, side: int) -> tuple[slice, slice]:
+        (x, y), (r, b) = (low[pair] - corner[pair + side]).tolist(), (high[pair] - corner[pair + side]).tolist()
+        return np.s_[y:b, x:r]
+
+    atlas = pack((high - low)[pairs], 2)
+    near = np.full((2, *atlas.shape), -1)  # the last of the tables below, of no vertex
+    inks = np.zeros((2, *atlas.shape, 4), dtype=np.uint8)
+    for pair, cell in zip(pairs, atlas.cells(), strict=True):
+        for side in (0, 1):
+            part = layers[pair + side].near[view(pair, side)]
+            near[side][cell] = np.where(part < 0, -1, part + first[pair + side])
+            inks[side][cell] = layers[pair + side].rgba[view(pair, side)]
+    tables = [np.append(part, False) for part in shared[::-1]]
+    lines = [table.take(part) for table, part in zip(tables, near, strict=True)]
+    both, ending = lines[0] | lines[1], np.append(_ending(layers), False)
+    rest = [_grow_mask((part >= 0) & ~line) & both for part, line in zip(near, lines, strict=True)]
+    ends = [(ending & table).take(part) for table, part in zip(tables, near, strict=True)]
     to_a = (rest[0] & ~rest[1]) | (ends[1] & ~ends[0] & both)
     to_b = (rest[1] & ~rest[0]) | (ends[0] & ~ends[1] & both)
-    unsure = to_a & to_b
-    to_a, to_b = to_a & ~unsure, to_b & ~unsure
-    if not (to_a.any() or to_b.any()):
-        return a, b
-    inks = [rgba for rgba, _ in views]
-    from_a = seam(inks[0], inks[1], both, to_a, to_b)
-    return _clear_pixels(a, window, both & from_a), _clear_pixels(b, window, both & ~from_a)
+    sure = to_a ^ to_b
+    of_b = seam(inks[0], inks[1], both, to_a & sure, to_b & sure)
+    for pair, cell in zip(pairs, atlas.cells(), strict=True):
+        for side, gone in ((0, of_b[cell]), (1, both[cell] & ~of_b[cell])) if sure[cell].any() else ():
+            rgba = parted[pair + side].rgba.copy()
+            rgba[view(pair, side)][gone] = 0
+            parted[pair + side] = replace(parted[pair + side], rgba=rgba)
+    return parted
 
 
 def _grow_mask(mask: _Mask) -> _Mask:
@@ -132,35 +148,32 @@ def _grow_mask(mask: _Mask) -> _Mask:
     return np.asarray(cv2.dilate(mask.view(np.uint8), np.ones((3, 3), np.uint8)), dtype=bool)
 
 
-def _shared_vertices(layer: GlyphLayer, other: GlyphLayer) -> _Mask:
-    """Vertices (n,) of a layer that lie on the other's line."""
+def _shared_vertices(layers: Sequence[GlyphLayer]) -> NDArray[np.bool_]:
+    """(2, n) bool: vertices of the layers that lie on the line of the layer before, and of that behind."""
     from scipy.spatial import cKDTree
 
-    reach = np.maximum(_NEAR, _OF_RADIUS * layer.radius)
-    away, at = cKDTree(other.xy).query(layer.xy, distance_upper_bound=float(reach.max()))
-    near = away <= reach
-    at = np.where(near, at, 0)
-    cosine = (layer.twice * np.conj(other.twice[at])).real
-    along = cosine >= _ALIKE * np.abs(layer.twice) * np.abs(other.twice[at])
-    # where a ligature turns sharply the two see different directions; that its vertices are in one place is enough
-    return np.asarray(near & (along | (away < _ONE)))
+    xy, radius, twice = (
+        np.concatenate([getattr(layer, name) for layer in layers]) for name in ("xy", "radius", "twice")
+    )
+    number = np.repeat(np.arange(len(layers)), [len(layer.xy) for layer in layers])
+    reach = np.maximum(_NEAR, _OF_RADIUS * radius)
+    apart = _LAYERS * reach.max()  # by which layers lie above each other
+    tree, found = cKDTree(np.column_stack([xy, number * apart])), np.zeros((2, len(xy)), dtype=bool)
+    for side, other in ((0, number - 1), (1, number + 1)):
+        away, at = tree.query(np.column_stack([xy, other * apart]), distance_upper_bound=float(reach.max()))
+        near = away <= reach
+        at = np.where(near, at, 0)
+        cosine = (twice * np.conj(twice[at])).real
+        along = cosine >= _ALIKE * np.abs(twice) * np.abs(twice[at])
+        # where a ligature turns sharply the two see different directions; that its vertices are in one place is enough
+        found[side] = near & (along | (away < _ONE))
+    return found
 
 
-def _ending(layer: GlyphLayer) -> _Mask:
-    """Vertices (n,) where lines end, and those just before."""
-    away = ((layer.xy[:, None] - layer.xy[layer.loose]) ** 2).sum(axis=2)
-    return np.asarray(away.min(axis=1, initial=np.inf) <= (_ENDING * layer.radius) ** 2)
-
-
-def _part(near: NDArray[np.int32], vertices: _Mask) -> _Mask:
-    """Pixels (h, w) whose nearest vertex is one of those."""
-    return np.asarray((near >= 0) & vertices[near])
-
-
-def _clear_pixels(layer: GlyphLayer, window: tuple[int, int, int, int], gone: _Mask) -> GlyphLayer:
-    """The layer with some pixels of the window clear."""
-    left, top, right, bottom = window
-    x, y = layer.corner
-    rgba = layer.rgba.copy()
-    rgba[top - y : bottom - y, left - x : right - x][gone] = 0
-    return replace(layer, rgba=rgba)
+def _ending(layers: Sequence[GlyphLayer]) -> _Mask:
+    """Vertices (n,) of the layers where their lines end, and those just before."""
+    near = []
+    for layer in layers:
+        away = ((layer.xy[:, None] - layer.xy[layer.loose]) ** 2).sum(axis=2)
+        near.append(away.min(axis=1, initial=np.inf) <= (_ENDING * layer.radius) ** 2)
+    return np.concatenate(near)

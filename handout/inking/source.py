@@ -1,15 +1,15 @@
 """The scanned page that ink is cut from, and the movement that takes a glyph's line from there to where it is written.
 
-`InkSource` cuts the ink around a glyph's line from its page and leaves out the ink of other lines.  `courses` computes,
+`InkSource` cuts the ink around a glyph's line from its page and leaves out the ink of other lines.  `course` computes,
 for every vertex of a line, how its surroundings are turned and stretched; a `Course` holds the result.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 from functools import cached_property, lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from scipy.spatial import cKDTree
 
 _OWN = 0.8  # pixels within which a vertex of the page is the glyph's: less than the distance of two vertices
-_RIM = 1.0  # pixels on either side of its radius over which a line that is cut fades, as the rim of a lifted pen does
 
 _Pixels = NDArray[np.float32]
 Box = tuple[int, int, int, int]
@@ -64,72 +63,36 @@ class InkSource:
             ink[:, :, k] = (ink[:, :, k] * alpha + 127) // 255
         return ink
 
-    def patch(self, box: Box, own: NDArray[np.intp]) -> _Pixels:
-        """(h, w, 4) float32, premultiplied: ink of a part of the picture.
-
-        Parameters
-        ----------
-        box : (left, top, right, bottom), pixels; outside the picture there is no ink.
-        own : (n,) int: the page's vertices on the line; ink nearer to another line of the page is left out.
-        """
+    def part(self, box: Box) -> NDArray[np.uint8]:
+        """(h, w, 4) uint8, straight alpha: ink of a part of the picture (left, top, right, bottom), pixels; outside the
+        picture there is none."""
         left, top, right, bottom = box
-        order, x = self._by_x
-        near = order[np.searchsorted(x, left, side="right") : np.searchsorted(x, right - 1)]
-        y = self.page.graph.uv[near, 1]
-        on_line = np.zeros(len(self.radius), dtype=bool)
-        on_line[own] = True
-        others = near[(y > top) & (y < bottom - 1) & ~on_line[near]]
-        ink = self._cut_box(box)
-        if len(others):
-            ink *= self._find_own_share(box, on_line, others)[:, :, None]
-        return ink
-
-    def _cut_box(self, box: Box) -> _Pixels:
-        left, top, right, bottom = box
-        x, y = self.page.texture.corner
-        h, w = self.page.texture.shape
-        ink = np.zeros((bottom - top, right - left, 4), dtype=np.float32)
+        (x, y), (h, w) = self.page.texture.corner, self.page.texture.shape
+        ink = np.zeros((bottom - top, right - left, 4), dtype=np.uint8)
         x0, y0, x1, y1 = max(left, x), max(top, y), min(right, x + w), min(bottom, y + h)
         if x0 < x1 and y0 < y1:
-            part = self.page.texture.part(slice(y0 - y, y1 - y), slice(x0 - x, x1 - x)).astype(np.float32)
-            part *= np.float32(1 / 255)
-            part[:, :, :3] *= part[:, :, 3:]
+            part = self.page.texture.part(slice(y0 - y, y1 - y), slice(x0 - x, x1 - x))
             ink[y0 - top : y1 - top, x0 - left : x1 - left] = part
         return ink
 
-    def _find_own_share(self, box: Box, on_line: NDArray[np.bool_], others: NDArray[np.intp]) -> _Pixels:
-        """(h, w) 0–1: 1 at pixels nearer to the glyph's line than to other lines, with a soft edge around them.
+    def others(self, box: Box, own: NDArray[np.intp]) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+        """Vertices (n,) in a part of the picture that are not on a glyph's line, and those (m,) on it from which the
+        line goes on into another letter.
 
-        Where the line goes on into another letter it is cut off round, as a pen's line ends.
+        own : (k,) int: the page's vertices on the line.
         """
-        import cv2
-
-        size = (box[3] - box[1], box[2] - box[0])
-        corner = np.array(box[:2])
-        owner = np.ones(size, dtype=np.uint8)
-        number = np.zeros(size, dtype=np.int32)
-        mine = np.flatnonzero(on_line)
-        every = np.concatenate([others, mine])
-        u, v = np.clip(np.rint(self.page.graph.uv[every] - corner).astype(np.intp), 0, np.array(size[::-1]) - 1).T
-        owner[v, u], number[v, u] = 0, np.arange(len(every))
-        _, label = cv2.distanceTransformWithLabels(owner, cv2.DIST_L2, 5, labelType=cv2.DIST_LABEL_PIXEL)
-        own = np.zeros(len(every) + 1, dtype=np.float32)
-        own[label[v, u]] = number[v, u] >= len(others)
-        share = np.asarray(own[label])
-        # the glyph's vertices from which the line goes on into another letter
+        left, top, right, bottom = box
+        on_line = np.zeros(len(self.radius), dtype=bool)
+        on_line[own] = True
+        order, x = self._by_x
+        near = order[np.searchsorted(x, left, side="right") : np.searchsorted(x, right - 1)]
+        y = self.page.graph.uv[near, 1]
         first, neighbours = self._neighbours
+        mine = np.flatnonzero(on_line)
         count = first[mine + 1] - first[mine]
         position = np.repeat(first[mine] - (np.cumsum(count) - count), count) + np.arange(count.sum())
         ends = np.unique(np.repeat(mine, count)[~on_line[neighbours[position]]])
-        places = (self.page.graph.uv[ends] - corner).tolist()
-        for (x, y), radius in zip(places, self.radius[ends].tolist(), strict=True):
-            reach = int(radius + _RIM) + 1
-            left, top = max(int(x) - reach, 0), max(int(y) - reach, 0)
-            part = share[top : max(int(y) + reach + 2, 0), left : max(int(x) + reach + 2, 0)]
-            down, right = np.ogrid[: part.shape[0], : part.shape[1]]
-            away = np.hypot(right + left - x, down + top - y)
-            np.maximum(part, np.clip((radius + _RIM - away) / (2 * _RIM), 0, 1), out=part, casting="same_kind")
-        return np.asarray(np.maximum(share, cv2.blur(share, (3, 3))), dtype=np.float32)
+        return near[(y > top) & (y < bottom - 1) & ~on_line[near]], ends
 
 
 def own_vertices(inks: Sequence[Ink], sources: Mapping[int, InkSource]) -> list[tuple[Array, NDArray[np.intp]]]:
@@ -162,7 +125,7 @@ _Complex = NDArray[np.complex128]
 
 @dataclass(frozen=True, eq=False)
 class Course:
-    """Vertices of a line, at most `_STEP` apart; places are x + i y.
+    """Vertices of the lines of some glyphs, glyph after glyph, on each at most `_STEP` apart; places are x + i y.
 
     at : (n,) complex, pixels of the page that is written.
     uv : (n,) complex, pixels of the picture.
@@ -171,6 +134,7 @@ class Course:
     width : (n,) float: stretch of a step across the line.
     twice : (n,) complex: direction of the line on the page with its angle doubled; shorter than 1 where lines meet.
     loose : (n,) bool: ends of lines.
+    glyph : (n,) int: which glyph each is of.
     """
 
     at: _Complex
@@ -180,37 +144,57 @@ class Course:
     width: NDArray[np.float64]
     twice: _Complex
     loose: NDArray[np.bool_]
+    glyph: NDArray[np.intp]
 
-    def movement(self, origin: complex, goal: complex) -> _Pixels:
-        """(6, n): by each vertex, where places of the page come from in the picture; see `movements`.
+    def take(self, vertices: NDArray[np.intp]) -> Course:
+        """Some of the vertices."""
+        return Course(*(getattr(self, each.name)[vertices] for each in fields(self)))
 
-        origin, goal : what places are told from, on the page and in the picture.
-        """
-        along, across, unit = np.abs(self.turn), self.width, self.turn / np.abs(self.turn)
-        turn, mirror = unit * (along + across) / 2, unit * (along - across) / 2 * self.twice
-        away = origin - self.at
-        return movements(self.uv - goal + turn * away + mirror * np.conj(away), turn, mirror)
+    def movement(self) -> tuple[_Complex, _Complex, _Complex]:
+        """(n,) each: by each vertex, where places z of the page come from in the picture:
+        start + turn · z + mirror · conj(z)."""
+        along, unit = np.abs(self.turn), self.turn / np.abs(self.turn)
+        turn, mirror = unit * (along + self.width) / 2, unit * (along - self.width) / 2 * self.twice
+        return self.uv - turn * self.at - mirror * np.conj(self.at), turn, mirror
+
+    def even_movement(self) -> tuple[_Complex, _Complex, _Complex]:
+        """(n,) each, as `movement`: for all vertices of a glyph the one that fits them best."""
+        count = np.bincount(self.glyph)
+
+        def mean(values: _Complex) -> _Complex:
+            return _sums(self.glyph, values, len(count)) / count
+
+        middle, target = mean(self.at), mean(self.uv)
+        away, cut = self.at - middle[self.glyph], self.uv - target[self.glyph]
+        # a straight line does not determine the movement beside it: a small weight on a similarity does
+        reach = np.zeros(len(count))
+        np.maximum.at(reach, self.glyph, np.abs(away))
+        size = 0.01 * (reach + 1.0) ** 2 / count
+        square, both = mean(np.abs(away) ** 2 + 0j).real, mean(away**2)
+        along, across = mean(np.conj(away) * cut), mean(away * cut)
+        along += size * np.where(square > 0, along / np.where(square > 0, square, 1), mean(self.turn))
+        whole = (square + size) ** 2 - np.abs(both) ** 2
+        turn = ((square + size) * along - np.conj(both) * across) / whole
+        mirror = ((square + size) * across - both * along) / whole
+        start = target - turn * middle - mirror * np.conj(middle)
+        return start[self.glyph], turn[self.glyph], mirror[self.glyph]
 
 
-def movements(start: _Complex, turn: _Complex, mirror: _Complex) -> _Pixels:
+def factors(start: _Complex, turn: _Complex, mirror: _Complex) -> _Pixels:
     """(6, n) float32: a, b, c, d, e, f for u = a + b x + c y and v = d + e x + f y, of n affine movements of the plane
     by z ↦ start + turn · z + mirror · conj(z)."""
     sums, apart = turn + mirror, turn - mirror
-    rows = (start.real, sums.real, -apart.imag, start.imag, sums.imag, apart.real)
-    found = np.empty((6, len(start)), dtype=np.float32)
-    for row, values in zip(found, rows, strict=True):
-        row[:] = values
-    return found
+    return np.array([start.real, sums.real, -apart.imag, start.imag, sums.imag, apart.real], dtype=np.float32)
 
 
-def courses(inks: Sequence[Ink], source_radius: Sequence[Array], scales: Sequence[float]) -> list[Course]:
-    """The courses of glyphs; for each the radius (n,) of its line in the picture, and pixels of the page a mm."""
+def course(inks: Sequence[Ink], source_radius: Sequence[Array], scales: Array) -> Course:
+    """The course of glyphs; for each the radius (n,) of its line in the picture, and pixels of the page a mm."""
     from scipy.sparse import csr_matrix
 
     sizes = np.array([len(ink.graph) for ink in inks])
     glyph, first = np.repeat(np.arange(len(inks)), sizes), np.cumsum(sizes) - sizes
     xy, uv, radius = (np.concatenate([getattr(ink.graph, part) for ink in inks]) for part in ("xy", "uv", "radius"))
-    scale, count = np.array(scales)[glyph], len(xy)
+    scale, count = scales[glyph], len(xy)
     at, uv, radius = _plane(xy) * scale - 0.5 * (1 + 1j), _plane(uv), radius * scale
     a, b = np.concatenate([ink.graph.edges + start for ink, start in zip(inks, first, strict=True)]).T
     step, cut = at[b] - at[a], uv[b] - uv[a]
@@ -249,7 +233,7 @@ def courses(inks: Sequence[Ink], source_radius: Sequence[Array], scales: Sequenc
     twice = np.where(moving, along_line / np.where(moving, square, 1), 0)
     along = np.abs(turn)
     turn *= np.clip(along, _LEAST * width, _MOST * width) / along
-    return _finer(Course(at, uv, radius, turn, width, twice, size < 3), glyph, len(inks), a, b, np.abs(step))
+    return _finer(Course(at, uv, radius, turn, width, twice, size < 3, glyph), a, b, np.abs(step))
 
 
 def _sums(at: NDArray[np.intp], values: _Complex, count: int) -> _Complex:
@@ -261,21 +245,17 @@ def _plane(xy: NDArray[np.float64]) -> _Complex:
     return np.asarray(xy[:, 0] + 1j * xy[:, 1])
 
 
-def _finer(
-    line: Course, glyph: NDArray[np.intp], glyphs: int, a: NDArray[np.intp], b: NDArray[np.intp], length: Array
-) -> list[Course]:
-    """The course of each glyph, from that of all vertices (n,), with vertices where edges (m,) are long."""
+def _finer(line: Course, a: NDArray[np.intp], b: NDArray[np.intp], length: Array) -> Course:
+    """The course with vertices where edges (m,) are long."""
     more = np.maximum(np.ceil(length / _STEP).astype(np.intp) - 1, 0)
     edge = np.repeat(np.arange(len(more)), more)
     part = (np.arange(len(edge)) - np.repeat(np.cumsum(more) - more, more) + 1) / (more[edge] + 1)
     a, b = a[edge], b[edge]
-    glyph = np.concatenate([glyph, glyph[a]])
-    order = np.argsort(glyph, kind="stable")
-    ends = np.cumsum(np.bincount(glyph, minlength=glyphs))[:-1]
-
-    def append_between(values: NDArray[Any]) -> list[NDArray[Any]]:
-        return np.split(np.concatenate([values, values[a] * (1 - part) + values[b] * part])[order], ends)
-
-    parts = (line.at, line.uv, line.radius, line.turn, line.width, line.twice)
-    loose = np.split(np.append(line.loose, np.zeros(len(edge), dtype=bool))[order], ends)
-    return [Course(*each) for each in zip(*map(append_between, parts), loose, strict=True)]
+    between = {
+        name: (values := getattr(line, name))[a] * (1 - part) + values[b] * part
+        for name in ("at", "uv", "radius", "turn", "width", "twice")
+    }
+    new = replace(line.take(a), loose=np.zeros(len(edge), dtype=bool), **between)
+    order = np.argsort(np.concatenate([line.glyph, new.glyph]), kind="stable")
+    parts = (np.concatenate([getattr(some, each.name) for some in (line, new)]) for each in fields(line))
+    return Course(*(values[order] for values in parts))

@@ -26,7 +26,7 @@ from handout.errors import InputError
 from handout.hand.scanned import ScannedHand, ScannedPage
 from handout.inking.source import source_of
 from handout.inking.swatches import clear, letter_vertices
-from handout.inking.warping import nearest
+from handout.inking.warping import nearest_points
 from handout.motion.timing import arc_length
 from handout.peaks import peaks
 from handout.values import Array, Indices
@@ -429,7 +429,7 @@ def _bend(page: _Pixels, xy: Array, strip: _Pixels, middle: int, part: tuple[int
         return
     at = (some - low) @ np.array([1, 1j])
     shape = (int(high[1] - low[1]), int(high[0] - low[0]))
-    near = nearest(at, shape)
+    _, near = nearest_points(at, shape)
     along = _find_directions(some)
     down, right = np.mgrid[: shape[0], : shape[1]]
     x, y = right - at.real[near], down - at.imag[near]

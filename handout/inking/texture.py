@@ -14,11 +14,12 @@ Source: seed 000, §6.5.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from functools import lru_cache
 from hashlib import blake2b
 from itertools import groupby
+from typing import Any
 from weakref import ref
 
 import numpy as np
@@ -62,7 +63,9 @@ def snap_to_pixels(word: Sequence[Ink], dpi: float) -> list[Ink]:
 _MOST = 4e9  # pixels of a page
 # glyphs whose ink is kept, so that of a page that is made again only what changed is drawn: that of a page of A4 as
 # screens show it, about 50 MB; at resolutions of printers it would take sixteen times as much, and pages come once
-_KEPT, _SCREEN = 2048, 200.0
+_KEPT, _KEPT_LINES, _SCREEN = 2048, 64, 200.0
+_kept: dict[Any, GlyphLayer | None] = {}  # those used last at the end
+_NEW: Any = object()
 
 
 def texture(manuscript: Manuscript, hand: ScannedHand, dpi: float, *, margin: float = MARGIN) -> Raster:
@@ -91,21 +94,24 @@ def texture(manuscript: Manuscript, hand: ScannedHand, dpi: float, *, margin: fl
     Source: seed 000, §6.5.
     """
     height, width = _shape(manuscript, dpi)
-    rgba = np.zeros((height, width, 4), dtype=np.float32)
+    page = np.zeros((height, width, 4), dtype=np.uint8)
     sources = {number: source_of(page) for number, page in enumerate(hand.pages)}
     first, end = height, 0
     for line in manuscript.lines:
         words = groupby((placed for placed in line.placed if placed.ink is not None), key=lambda placed: placed.word)
         inks = [ink for _, word in words for ink in snap_to_pixels([placed.ink for placed in word if placed.ink], dpi)]
-        for layer in _part_neighbours(_layers(inks, sources, dpi, (height, width), margin), dpi):
+        for layer in _layers(inks, sources, dpi, (height, width), margin):
             # where there is some ink already, that which covers more is seen
             (x, y), (h, w) = layer.corner, layer.near.shape
-            seen = np.flatnonzero(layer.rgba[:, :, 3] > rgba[y : y + h, x : x + w, 3])
-            laid = layer.rgba.reshape(-1, 4).take(seen, axis=0)
-            laid[:, :3] /= laid[:, 3:]
-            rgba.reshape(-1, 4)[(seen // w + y) * width + seen % w + x] = laid
-            first, end = min(first, layer.corner[1]), max(end, layer.corner[1] + len(layer.near))
-    return Raster(rgba, dpi, rows=(min(first, end), end))
+            under = page[y : y + h, x : x + w]
+            more = layer.rgba[:, :, 3:] > under[:, :, 3:]
+            np.copyto(under.view(np.uint32), np.ascontiguousarray(layer.rgba).view(np.uint32), where=more)
+            first, end = min(first, y), max(end, y + h)
+    rows = min(first, end), end
+    rgba = np.zeros((height, width, 4), dtype=np.float32)
+    at = np.flatnonzero(page[slice(*rows)].view(np.uint32)) + rows[0] * width
+    rgba.reshape(-1, 4)[at] = page.reshape(-1, 4)[at] / np.float32(255)
+    return Raster(rgba, dpi, rows=rows)
 
 
 def _shape(manuscript: Manuscript, dpi: float) -> tuple[int, int]:
@@ -122,53 +128,30 @@ def _shape(manuscript: Manuscript, dpi: float) -> tuple[int, int]:
 
 def _layers(
     inks: list[Ink], sources: Mapping[int, InkSource], dpi: float, shape: tuple[int, int], margin: float
-) -> Iterator[GlyphLayer]:
+) -> Sequence[GlyphLayer]:
+    """The ink of a line, each glyph's parted from that before where both show one line."""
     for ink in inks:
         if ink.source not in sources:
             raise InputError(f"A glyph is written with ink of page {ink.source} of a hand of {len(sources)} pages.")
-    layers = (
-        (_kept_layer(_ToldInk.from_ink(ink), ref(sources[ink.source]), dpi, shape, margin) for ink in inks)
-        if dpi <= _SCREEN or not inks
-        else warp(inks, sources, dpi, shape, margin=margin)
-    )
-    yield from (layer for layer in layers if layer is not None)
+    if dpi > _SCREEN:
+        return part_layers([layer for layer in warp(inks, sources, dpi, shape, margin=margin) if layer is not None])
+    # the source is large: the ink that is kept does not keep it
+    keys = [(_digest(ink), ref(sources[ink.source]), dpi, shape, margin) for ink in inks]
+    layers = {key: _kept.pop(key, _NEW) for key in keys}
+    new = {key: ink for key, ink in zip(keys, inks, strict=True) if layers[key] is _NEW}
+    layers.update(zip(new, warp(list(new.values()), sources, dpi, shape, margin=margin), strict=True))
+    _kept.update(layers)
+    for key in list(_kept)[: max(len(_kept) - _KEPT, 0)]:
+        _kept.pop(key, None)
+    return _part_kept(tuple(layer for key in keys if (layer := layers[key]) is not None))
 
 
-@dataclass(frozen=True)
-class _ToldInk:
-    """Ink that is told from other ink by all that says how it looks."""
-
-    digest: bytes
-    ink: Ink = field(compare=False)
-
-    @staticmethod
-    def from_ink(ink: Ink) -> _ToldInk:
-        graph, digest = ink.graph, blake2b(bytes([ink.number < 0]))
-        for values in (graph.xy, graph.radius, graph.density, graph.uv, graph.edges):
-            digest.update(values.tobytes())
-        return _ToldInk(digest.digest(), ink)
+def _digest(ink: Ink) -> bytes:
+    """Ink is told from other ink by all that says how it looks."""
+    graph, digest = ink.graph, blake2b(bytes([ink.number < 0]))
+    for values in (graph.xy, graph.radius, graph.density, graph.uv, graph.edges):
+        digest.update(values.tobytes())
+    return digest.digest()
 
 
-@lru_cache(maxsize=_KEPT)
-def _kept_layer(
-    line: _ToldInk, place: ref[InkSource], dpi: float, shape: tuple[int, int], margin: float
-) -> GlyphLayer | None:
-    source = place()  # which is large: the ink that is kept does not keep it
-    assert source is not None, "who asks holds it"
-    return next(warp([line.ink], {line.ink.source: source}, dpi, shape, margin=margin))
-
-
-_kept_parted = lru_cache(maxsize=_KEPT)(part_layers)  # of the same two layers
-
-
-def _part_neighbours(layers: Iterator[GlyphLayer], dpi: float) -> Iterator[GlyphLayer]:
-    """The layers, each parted from the one before where both show one line."""
-    before: GlyphLayer | None = None
-    for layer in layers:
-        current = layer
-        if before is not None:
-            before, current = (_kept_parted if dpi <= _SCREEN else part_layers)(before, layer)
-            yield before
-        before = current
-    if before is not None:
-        yield before
+_part_kept = lru_cache(maxsize=_KEPT_LINES)(part_layers)

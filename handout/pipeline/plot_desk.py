@@ -7,12 +7,13 @@ it goes on.  What the page wants while the pen moves comes as words through a `P
 from __future__ import annotations
 
 import contextlib
+import functools
 import threading
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, Literal, Protocol, Self
+from typing import Literal, Protocol, Self
 
 import numpy as np
 from msgspec import structs
@@ -28,13 +29,17 @@ from handout.pipeline.results import SILENT, Attendant, Facts, Listener
 from handout.plotting import bed
 from handout.plotting.dialects import ButtonPressed
 from handout.plotting.jobs import pages
+from handout.plotting.jobs.pages import Record
+from handout.plotting.jobs.parts import PenTurn as PenTurn
+from handout.plotting.jobs.parts import in_turn, survey, turn_of
 from handout.plotting.jobs.places import DrawnPlace
 from handout.plotting.jobs.store import PlotJob
+from handout.plotting.planning.planner import plan
 from handout.printing.printers import queues
 from handout.profiles import LaidSheet, Length, Plotter
 from handout.signals import interrupt
 from handout.sinks.svg import to_svg
-from handout.values import Array, Page
+from handout.values import Array, Drawing, Page, Stroke
 
 SIMULATED = {"sim:": "simulated, at once", "sim:?realtime=1": "simulated, at true speed"}
 _OFTEN = 0.1  # s of the clock between two places that are told: a screen shows no more of a pen
@@ -135,12 +140,17 @@ class AtPage(Attendant):
     def tell_place(self, job: PlotJob) -> Callable[[int, DrawnPlace], None]:
         """Tells the page where the pen is."""
 
+        drawings = dict[int, Drawing]()  # of the part that is drawn
+
         def tell(number: int, place: DrawnPlace) -> None:
             nonlocal job
             if number >= len(job.parts):  # its pages are made while it is drawn
                 job = find_job(job.name)
             if time.monotonic() - self._told >= _OFTEN:
-                self._wire.live({"place": _place(job, number, place)})
+                if number not in drawings:
+                    drawings.clear()
+                    drawings[number] = job.drawing(number)
+                self._wire.live({"place": _place(job, number, place, drawings[number])})
 
         return tell
 
@@ -235,7 +245,7 @@ def show_plot(name: str) -> Facts:
         "bed": [float(profile.bed.width), float(profile.bed.height)],
         "pages": job.pages,
         "copies": job.options.copies,
-        "place": None if over else _place(job, standing.part, standing.place),
+        "place": None if over else _place(job, standing.part, standing.place, job.drawing(standing.part)),
         "pens": _pens(job, len(job.parts) if standing.finished else standing.part),
     }
     if not standing.finished:
@@ -249,14 +259,52 @@ def show_plot(name: str) -> Facts:
 
 
 def _pens(job: PlotJob, reached: int) -> list[Facts]:
-    """The layers in the order in which they are first drawn, each with its ink, mm, and whether all of it is drawn."""
-    pens = dict[str, dict[str, Any]]()
-    for number, part in enumerate(job.parts):
-        pen = pens.setdefault(part.layer, {"layer": part.layer, "ink_mm": 0.0, "drawn": True, "next": False})
-        pen["ink_mm"] = round(pen["ink_mm"] + part.ink, 1)
-        pen["drawn"] = pen["drawn"] and number < reached
-        pen["next"] = pen["next"] or number == reached
-    return list(pens.values())
+    """The layers in the order in which they are drawn, those that are left out last: each with its `PenTurn`, its ink,
+    mm, about how long that takes, s (0 once it is drawn), and whether all of it is drawn."""
+    pens, turns, whole = list[Facts](), job.options.turns, job.ink / max(sum(part.ink for part in job.parts), 1e-9)
+    for layer in in_turn(job.layers, turns):
+        turn, numbers = turn_of(layer, turns), [n for n, part in enumerate(job.parts) if part.layer == layer]
+        ink, drawn = whole * sum(job.parts[number].ink for number in numbers), max(numbers, default=reached) < reached
+        each = 0.0 if drawn or turn.out else _plan_millimetre(job.name, job.begun, numbers[0], turn.speed)
+        more = {"ink_mm": round(ink, 1), "seconds": round(ink * each), "drawn": drawn, "next": reached in numbers}
+        pens.append({**structs.asdict(turn), **more})
+    return pens
+
+
+@functools.lru_cache(256)
+def _plan_millimetre(name: str, begun: str, number: int, pace: float) -> float:
+    """The s that a millimetre of ink takes on a part of a plot, with all travel."""
+    job = find_job(name)
+    planned = plan(job.drawing(number), job.profile, speed=job.options.speed, pace=pace)
+    return planned.duration / max(planned.pen_down, 1e-9)
+
+
+def _list_drawn_layers(job: PlotJob) -> list[str]:
+    turns = job.options.turns
+    return [layer for layer in in_turn(job.layers, turns) if not turn_of(layer, turns).out]
+
+
+def turn_pens(name: str, turns: tuple[PenTurn, ...]) -> Facts:
+    """Say what draws each layer of a plot, how fast and in which order, and tell the plot as `show_plot` does.
+
+    Raises InputError: there is no such layer; nothing would be left to draw; some is drawn, after which the pens keep
+    their order and none is left out.
+    """
+    job = find_job(name)
+    if unknown := {turn.layer for turn in turns}.difference(job.layers):
+        raise InputError(f"This plot has no layer {unknown.pop()!r}.")
+    after = replace(job, options=structs.replace(job.options, turns=turns))
+    if not job.standing().runs:
+        surveys = [survey(pages.read_drawing(job.folder, page), job.options.layers) for page in range(job.pages)]
+        shares = [1.0] * job.pages if job.whole else [page.share for page in pages.records(job.folder)]
+        told = [*job.told, *[{}] * job.pages][: job.pages]
+        after = after.with_pages([Record(*page) for page in zip(surveys, shares, told, strict=True)])
+        if not after.parts:
+            raise InputError("Something has to be drawn: leave one of the pens in.")
+    elif _list_drawn_layers(job) != _list_drawn_layers(after):
+        raise InputError("Some of this plot is drawn: its pens keep their order, and all of them draw.")
+    after.write()
+    return show_plot(name)
 
 
 def lay_sheet(name: str, quarters: Literal[0, 1, 2, 3], x: float, y: float) -> Facts:
@@ -293,19 +341,28 @@ def _seen(page: Page, profile: Plotter) -> tuple[Array, Array, Array]:
     return flip @ placed.turn, flip @ placed.shift + corner, corner
 
 
-def _place(job: PlotJob, number: int, place: DrawnPlace) -> Facts:
-    """A place on a part as one on its page: strokes before `stroke` are drawn, and that up to `time`, s."""
+def _place(job: PlotJob, number: int, place: DrawnPlace, drawing: Drawing) -> Facts:
+    """A place on a part, whose drawing is given, as one on its page: all before `stroke`, in the order of drawing, is
+    drawn, and of that what takes `time`, s."""
     part = job.parts[number]
-    reached = None if np.isinf(place.time) else round(place.time, 3)
-    return {"page": part.page, "copy": part.copy, "stroke": part.first + place.stroke, "time": reached}
+    before = [each.stop - each.first for each in job.parts[:number] if (each.page, each.copy) == (part.page, part.copy)]
+    begins = drawing.strokes[min(place.stroke, len(drawing.strokes) - 1)].t[0]
+    reached = None if np.isinf(place.time) else round(place.time - float(begins), 3)
+    return {"page": part.page, "copy": part.copy, "stroke": sum(before) + place.stroke, "time": reached}
 
 
 def plot_page(name: str, page: int) -> str:
-    """A page of a plot as it is drawn, SVG; InputError where there is none, or it was drawn and is let go."""
+    """A page of a plot as it is drawn, SVG, its strokes one after the other on one clock; InputError where there is
+    none, or it was drawn and is let go."""
     job = find_job(name)
-    if not any(part.page == page for part in job.parts):
+    numbers = [number for number, part in enumerate(job.parts) if part.page == page and not part.copy]
+    if not numbers:
         raise InputError(f"The job {name} has no page {page + 1}.")
-    return to_svg(pages.read_drawing(job.folder, page), pen_width=float(job.profile.pen.width)).decode()
+    whole, clock, strokes = pages.read_drawing(job.folder, page), 0.0, list[Stroke]()
+    for stroke in [stroke for n in numbers for stroke in whole.strokes[job.parts[n].first : job.parts[n].stop]]:
+        strokes.append(replace(stroke, t=stroke.t - stroke.t[0] + clock))
+        clock = float(strokes[-1].t[-1]) + 0.1
+    return to_svg(replace(whole, strokes=tuple(strokes)), pen_width=float(job.profile.pen.width)).decode()
 
 
 def draw_plot(name: str, port: str, at_zero: bool, home_after: bool, *, listener: PageWire) -> Facts:

@@ -87,6 +87,13 @@ class PlotOptions:
         choices=("none", "name", "colour"),
         sent=Literal["none", "colour"],
     )
+    layer: tuple[str, ...] = option(
+        (),
+        "A layer in its turn, with --layers: its name, and after commas speed=50%, pen=red (layers that share a pen "
+        "need no stop), or out. Those that are not named come behind.",
+        MACHINE,
+        metavar="LAYER",
+    )
     copies: int = option(1, "Of all pages.", PARTS, least=1, most=1000, sent=Number)
     pause_every: Length | None = option(
         None, "Stop for a look at the pen after so much ink, e.g. 20m.", MACHINE, metavar="LENGTH"

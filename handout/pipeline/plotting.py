@@ -7,7 +7,9 @@ from __future__ import annotations
 
 import contextlib
 import dataclasses
+import itertools
 import math
+import re
 import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -394,8 +396,35 @@ def job_options(plotting: PlotOptions, profile: Plotter, fast: bool, timed: bool
         overlap=usual if plotting.overlap is None else _positive(plotting.overlap, "overlap"),
         copies=plotting.copies,
         layers=plotting.layers,
+        turns=_read_turns(plotting),
         pause_every=None if plotting.pause_every is None else _positive(plotting.pause_every, "pause every"),
     )
+
+
+def _read_turns(plotting: PlotOptions) -> tuple[parts.PenTurn, ...]:
+    """The turns that --layer asks for."""
+    if plotting.layer and plotting.layers == "none":
+        raise InputError(
+            "--layer says how a layer is drawn: say what makes one, with --layers name or --layers colour."
+        )
+    turns = []
+    for text in plotting.layer:
+        name, *rest = re.split(r",\s*(?=speed=|pen=|out$|out,)", text)
+        told = {word.partition("=")[0]: word.partition("=")[2].strip("\"'") for word in rest}
+        try:
+            speed = float(told.get("speed", "100%").removesuffix("%")) / 100
+            turns.append(msgspec.convert(parts.PenTurn(name, speed, told.get("pen", ""), "out" in told), parts.PenTurn))
+        except (ValueError, msgspec.ValidationError) as error:
+            raise InputError(f"--layer {text}: write its name, and after commas speed=50%, pen=red or out.") from error
+    return tuple(turns)
+
+
+def check_turns(pages: Sequence[Drawing], options: JobOptions) -> None:
+    """Refuse a turn of a layer that is on no page."""
+    there = {parts.layer_of(stroke, options.layers): None for page in pages for stroke in page.strokes if options.turns}
+    for turn in options.turns:
+        if turn.layer not in there:
+            raise InputError(f"There is no layer {turn.layer!r}; there are {', '.join(map(repr, there))}.")
 
 
 def _positive(text: Length, what: str) -> float:
@@ -419,6 +448,8 @@ def _begin_job(work: _Asked, port: str, listener: Listener) -> PlotJob:
         pages += produced
     if request.part:
         pages = _part(pages, request.part, work.profile, work.options, listener)
+    elif rest is None:
+        check_turns([page.drawing for page in pages], work.options)
     title = " ".join(request.source.text.split())[:40]
     return store.begin(pages, work.profile, work.options, rest, title=title, port=port)
 
@@ -427,7 +458,7 @@ def _part(
     pages: Sequence[NewPage], part: PartOptions, profile: Plotter, options: JobOptions, listener: Listener
 ) -> list[NewPage]:
     """The pages with the part alone that is asked for; the listener hears which that is."""
-    laid = [laid_out(page.drawing, profile, options.layers, options.order) for page in pages]
+    _, laid = _lay_out([page.drawing for page in pages], profile, options)
     chosen = parts.pieces(laid, profile, options.speed, **dataclasses.asdict(part))
     listener.say(parts.name_stretch(chosen, laid))
     kept = []
@@ -445,9 +476,10 @@ def cut_out(page: Drawing, piece: parts.SheetStretch) -> Drawing:
     return dataclasses.replace(page, strokes=page.strokes[piece.first : piece.stop])
 
 
-def with_rest(page: Drawing, piece: parts.SheetStretch, planned: Plan) -> Drawing:
-    """A page of a preview: what is plotted, and all else pale."""
-    ways, part = planned.hook_ways(), planned.drawing
+def with_rest(page: Drawing, piece: parts.SheetStretch, plans: Sequence[Plan]) -> Drawing:
+    """A page of a preview: what is plotted, by one plan or several, and all else pale."""
+    ways = [way for planned in plans for way in planned.hook_ways()]
+    part = dataclasses.replace(page, strokes=tuple(stroke for planned in plans for stroke in planned.drawing.strokes))
     if ways:  # what it does besides, for pictures of the travel
         part = dataclasses.replace(part, about={**part.about, "hooks": ways})
     if (piece.first, piece.stop) == (0, len(page.strokes)):
@@ -516,14 +548,34 @@ def shown_pages(
     pages: Sequence[Drawing], part: PartOptions, profile: Plotter, options: JobOptions, listener: Listener
 ) -> tuple[list[Drawing], list[Plan]]:
     """The pages as a preview shows them, and the plan of each."""
-    laid = [laid_out(page, profile, options.layers, options.order) for page in pages]
+    whole, laid = _lay_out(pages, profile, options)
     chosen = [parts.SheetStretch(number, 0, len(page.strokes)) for number, page in enumerate(laid)]
     if part:
         chosen = parts.pieces(laid, profile, options.speed, **dataclasses.asdict(part))
         listener.say(parts.name_stretch(chosen, laid))
-    plans = [plan(cut_out(laid[piece.sheet], piece), profile, speed=options.speed) for piece in chosen]
-    shown = [with_rest(laid[piece.sheet], piece, made) for piece, made in zip(chosen, plans, strict=True)]
+    shown, plans = [], list[Plan]()
+    for piece in chosen:
+        drawn = cut_out(laid[piece.sheet], piece)
+        made = [plan(run, profile, speed=options.speed, pace=pace) for run, pace in paced(drawn, options)]
+        shown.append(with_rest(whole[piece.sheet], piece, made))
+        plans += made
+    if not plans:
+        raise InputError("All layers are left out: there is nothing to plot.")
     return shown, plans
+
+
+def _lay_out(pages: Sequence[Drawing], profile: Plotter, options: JobOptions) -> tuple[list[Drawing], list[Drawing]]:
+    """The pages as a job keeps them, with the layers that are left out at their ends, and as it draws them."""
+    check_turns(pages, options)
+    laid = [laid_out(page, profile, options.layers, options.order, options.turns) for page in pages]
+    return laid, [parts.without(page, options.layers, options.turns) for page in laid]
+
+
+def paced(page: Drawing, options: JobOptions) -> Iterator[tuple[Drawing, float]]:
+    """The strokes of a page that is laid out, parted where the pace of their layers changes, with each pace."""
+    paces = [parts.turn_of(parts.layer_of(stroke, options.layers), options.turns).speed for stroke in page.strokes]
+    for pace, run in itertools.groupby(zip(paces, page.strokes, strict=True), lambda each: each[0]):
+        yield dataclasses.replace(page, strokes=tuple(stroke for _, stroke in run)), pace
 
 
 def _plan_facts(plans: Sequence[Plan]) -> Facts:

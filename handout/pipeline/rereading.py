@@ -17,6 +17,7 @@ from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache, partial
 from itertools import islice, pairwise
+from typing import TYPE_CHECKING
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -26,9 +27,6 @@ from handout.hand.learnt import learnt
 from handout.hand.places import graphemes
 from handout.hand.scanned import ScannedHand
 from handout.hand.vetting import vet
-from handout.motion.styles.targets import USUAL_HEIGHT, letter_height
-from handout.motion.styles.turns import find_turns
-from handout.motion.styles.word_paths import ReadingOf, WordReading
 from handout.networks import one_thread
 from handout.pipeline.results import Facts
 from handout.reading import pictures, second_reader
@@ -42,6 +40,9 @@ from handout.writing.legibility import made_words
 from handout.writing.pages import Sheet, Word
 from handout.writing.scanned_words import InkGlyph, ScannedHandwriting, SetParagraph, SetUnit
 from handout.writing.text import paragraphs_of
+
+if TYPE_CHECKING:
+    from handout.motion.styles.word_paths import ReadingOf, WordReading
 
 
 @dataclass(frozen=True)
@@ -378,6 +379,9 @@ def open_stroke_reader(page: Manuscript, words: Sequence[str]) -> ReadingOf:
 
 def open_drawing_reader(drawing: Drawing) -> tuple[ReadingOf, list[str]]:
     """The same of a drawing's words, as they read in it, and what they read as; "" and None: they cannot be read."""
+    from handout.motion.styles.targets import USUAL_HEIGHT, letter_height
+    from handout.motion.styles.turns import find_turns
+
     x_height = letter_height(drawing) / USUAL_HEIGHT
     found = dict[int, tuple[str, float]]()
     for number in {stroke.word for stroke in drawing.strokes if stroke.word >= 0}:
@@ -424,6 +428,8 @@ def _read_strokes(
     word: str, baseline: Callable[[Array], Array], x_height: float, strokes: Sequence[Array]
 ) -> WordReading:
     """A word as its strokes read, in each view; parameters as of `_see_strokes`."""
+    from handout.motion.styles.word_paths import WordReading
+
     nats, of = np.full((len(_SHOWN), len(word)), _UNREAD), np.zeros(0, dtype=np.intp)
     for row, view, columns in zip(nats, *_see_strokes(strokes, baseline, x_height), strict=True):
         try:

@@ -64,48 +64,54 @@ def assigned_to_lines(
 
 
 def line_fits(reader: PageReader, lines: Sequence[TranscriptLine], rng: np.random.Generator) -> list[float]:
-    widths = reader.widths(lines)
-    fits = []
-    for i, line in enumerate(lines):
-        reading = reader.reading(i)
-        decoded = decode(reading, line.letters, widths) if line.letters else None
-        fits.append(fit(reading, line, decoded, widths, rng) if decoded else 0.0)
-    return fits
+    """How far each line's text comes from chance, 0, to what would suit every column best, 1; 0 without text.
+
+    Of one page they are worked out once; `rng` moves on as far all the same, so that the letters are found alike.
+    """
+    shuffled = [[_shuffle(line, rng) for _ in range(_SHUFFLES if line.letters else 0)] for line in lines]
+    if tuple(lines) not in reader.fits:
+        widths, fits = reader.widths(lines), list[float]()
+        for i, (line, others) in enumerate(zip(lines, shuffled, strict=True)):
+            fits.append(0.0)
+            if line.letters:
+                reading = reader.reading(i)
+                score, *by_chance = (decode(reading, letters, widths).score for letters in (line.letters, *others))
+                least = float(np.mean(by_chance))
+                fits[-1] = (score - least) / max(_most(reading) - least, 1e-6)
+        reader.fits[tuple(lines)] = fits
+    return list(reader.fits[tuple(lines)])
 
 
-def fit(
-    reading: ColumnReading,
-    line: TranscriptLine,
-    decoded: Decoded,
-    widths: Mapping[str, float],
-    rng: np.random.Generator,
-) -> float:
-    """How far the line's text comes from chance, 0, to what would suit every column best, 1."""
-    least = chance(reading, line, widths, rng)
-    most = np.maximum(np.diff(reading.letters, axis=0).max(axis=1), np.diff(reading.space)).sum()
-    return (decoded.score - least) / max(float(most) - least, 1e-6)
+def _most(reading: ColumnReading) -> float:
+    """The score of what would suit every column best."""
+    return float(np.maximum(np.diff(reading.letters, axis=0).max(axis=1), np.diff(reading.space)).sum())
 
 
-def chance(
-    reading: ColumnReading, line: TranscriptLine, widths: Mapping[str, float], rng: np.random.Generator
-) -> float:
-    """Score of the line's letters in another order, the words' lengths kept: mean of a few."""
+def _shuffle(line: TranscriptLine, rng: np.random.Generator) -> list[str]:
+    """The line's letters in another order, the words' lengths kept."""
     at = [i for i, letter in enumerate(line.letters) if letter not in (SPACE, JUNK)]
-    scores = []
-    for _ in range(_SHUFFLES):
-        letters = list(line.letters)
-        for i, j in zip(at, rng.permutation(at), strict=True):
-            letters[i] = line.letters[j]
-        scores.append(decode(reading, letters, widths).score)
-    return float(np.mean(scores))
+    letters = list(line.letters)
+    for i, j in zip(at, rng.permutation(at), strict=True):
+        letters[i] = line.letters[j]
+    return letters
 
 
 def broken_freely(
     readings: Sequence[ColumnReading], lines: Sequence[TranscriptLine], widths: Mapping[str, float]
 ) -> list[TranscriptLine]:
-    """The text of each line of the page, perhaps empty, whatever the line breaks of the transcript."""
-    text = in_one_line(lines)
-    row = in_a_row(readings)
+    """The text of each line of the page, perhaps empty, whatever the line breaks of the transcript.
+
+    Where the transcript has fewer lines, one that its text would fit poorly, as a printed heading, is left without any.
+    """
+    text, unread = in_one_line(lines), list[float]()
+    if len(lines) < len(readings):
+        counts, most = np.array([(reading.columns, _most(reading)) for reading in readings]).T
+        backwards = [part.letters[::-1] for part in _evenly_broken(lines, len(readings))]
+        least = [decode(one, letters, widths).score for one, letters in zip(readings, backwards, strict=True)]
+        # a line's own would tell how much text it was given, too
+        by_chance = float(np.median(least / counts)) * counts
+        unread = (by_chance + POOR * (most - by_chance)).tolist()
+    row = in_a_row(readings, unread)
     decoded = decode(row, text.letters, widths)
     middle = 0.5 * (decoded.left + decoded.right) / STEP
     owner = np.searchsorted(np.array(row.lines), middle, side="right") - 1
@@ -129,10 +135,27 @@ def median_fit(fits: Sequence[float]) -> float:
 
 
 def text_fit(strips: Sequence[LineStrip], lines: Sequence[TranscriptLine], rng: np.random.Generator) -> float:
-    """How well a text fits straightened lines, broken as suits it best: the middle line's fit."""
+    """How well a text fits straightened lines, broken as suits it best: the middle line's, 0 of a bare one."""
+    return median_fit([fit for fit, _ in _fits_of_text(strips, lines, rng)])
+
+
+def transcript_fit(page: WrittenPage, transcript: str, rng: np.random.Generator) -> float:
+    """How well a text explains a page's lines, weighted by its letters; 0 where `align` would refuse it."""
+    straightened = strips(page.mask.ink, frames(page)) if page.text_lines.lines else []
+    found = _fits_of_text(straightened, read_transcript(transcript), rng) if straightened else []
+    fits, weights = [fit for fit, _ in found], [count for _, count in found]
+    refused = median_fit([fit for fit, count in found if count]) < REFUSED
+    return 0.0 if refused else float(np.average(fits, weights=weights))
+
+
+def _fits_of_text(
+    strips: Sequence[LineStrip], lines: Sequence[TranscriptLine], rng: np.random.Generator
+) -> list[tuple[float, int]]:
+    """How well the text of each line fits it, and how many letters that is; 0 where it has none."""
     reader = page_reader([strip.image for strip in strips], network.load_networks())
     parts, fits = assigned_to_lines(reader, lines, rng)
-    return median_fit([of_line for of_line, part in zip(fits, parts, strict=True) if part.letters])
+    counts = [len(part.letters) - part.letters.count(SPACE) for part in parts]
+    return list(zip(fits, counts, strict=True))
 
 
 def text_breadth(strips: Sequence[LineStrip], lines: Sequence[TranscriptLine]) -> float:

@@ -66,6 +66,7 @@ class ColumnReading:
     space, gap : (n + 1,) the same as space between words and inside one.
     border : (n + 1,) what it costs to cut there.
     lines : columns at which the lines begin, when there are several.
+    unread : score of each of these lines as a whole, if nothing of the text is on it; none where text is on all.
     """
 
     letters: Array
@@ -73,6 +74,7 @@ class ColumnReading:
     gap: Array
     border: Array
     lines: tuple[int, ...] = (0,)
+    unread: tuple[float, ...] = ()
 
     @property
     def columns(self) -> int:
@@ -134,8 +136,8 @@ def _sum_columns(each: Array) -> Array:
     return np.concatenate([np.zeros((1, *each.shape[1:])), np.cumsum(each, axis=0)])
 
 
-def in_a_row(readings: Sequence[ColumnReading]) -> ColumnReading:
-    """Several lines as one: between two of them lie columns that only a gap may cross."""
+def in_a_row(readings: Sequence[ColumnReading], unread: Sequence[float] = ()) -> ColumnReading:
+    """Several lines as one: between two of them lie columns that only a gap may cross; `unread` as there."""
     letters, space, gap, border, lines = [], [], [], [], [0]
     for number, reading in enumerate(readings):
         if number:
@@ -149,7 +151,7 @@ def in_a_row(readings: Sequence[ColumnReading]) -> ColumnReading:
         gap.append(np.diff(reading.gap))
         border.append(reading.border)
     sums = [_sum_columns(np.concatenate(parts)) for parts in (letters, space, gap)]
-    return ColumnReading(sums[0], sums[1], sums[2], np.concatenate(border), tuple(lines))
+    return ColumnReading(sums[0], sums[1], sums[2], np.concatenate(border), tuple(lines), tuple(unread))
 
 
 def decode(
@@ -177,10 +179,12 @@ def decode(
         elif kind == "gap":
             best, starts[row] = _gap(reading, best)
         elif kind == "space":
-            best, starts[row] = _space(reading, best)
+            best, starts[row] = _pass_lines(reading, *_space(reading, best))
         else:
             score, least = (reading.space, 0) if kind == "edge" else (reading.letters[:, state(JUNK)], 4)
             best, starts[row] = _blank(score, best, least)
+            if kind == "edge":
+                best, starts[row] = _pass_lines(reading, best, starts[row])
         if kind != "gap" and row < len(steps) - 1:
             best = best + reading.border
     left, right = _trace_borders(starts, [kind for kind, _ in steps], reading.columns)
@@ -265,6 +269,18 @@ def _space(reading: ColumnReading, before: Array) -> Step:
         start = np.where(tight > best, ends - long, start)
         best = np.maximum(best, tight)
     return best, start.astype(np.int32)
+
+
+def _pass_lines(reading: ColumnReading, best: Array, start: NDArray[np.int32]) -> Step:
+    """A space, or an end of the text, that may go on over lines which hold nothing of the text."""
+    first = (*reading.lines, reading.columns + BAR)
+    for number, score in enumerate(reading.unread):
+        begin, end, stop = first[number], first[number + 1] - BAR, first[min(number + 2, len(first) - 1)]
+        passed = best[begin] + score + reading.space[end:stop] - reading.space[end]
+        better = passed > best[end:stop]
+        best[end:stop] = np.where(better, passed, best[end:stop])
+        start[end:stop] = np.where(better, start[begin], start[end:stop])
+    return best, start
 
 
 def _trace_borders(starts: NDArray[np.int32], kinds: Sequence[str], end: int) -> tuple[Array, Array]:

@@ -25,7 +25,7 @@ from handout.progress import Tell, narrow_reports, silent
 from handout.scanning.text_lines import TextLines, find_text_lines
 from handout.scanning.written_page import WrittenPage, foreign_ink
 from handout.summary import one_line
-from handout.tagging.alignment import AlignedLine, Alignment, Method, PageLetter, align
+from handout.tagging.alignment import AlignedLine, Alignment, Method, PageLetter, align, transcript_fit
 from handout.tagging.glyph_extraction import (
     Missing,
     doubt_cropped_glyphs,
@@ -37,7 +37,7 @@ from handout.tagging.glyph_extraction import (
 from handout.tagging.ink_exchange import exchange_ink
 from handout.tagging.letter_assignment import assign_letters
 from handout.tagging.line_space import frames, vertex_lines
-from handout.tagging.segmentation import by_segments, by_segments_once
+from handout.tagging.segmentation import by_segments
 from handout.tagging.transcript import read_transcript
 from handout.values import Indices
 
@@ -127,7 +127,7 @@ def without_foreign_ink(
     ink = written.mask.ink & ~line_alone(written.graph, foreign, written.scan.shape, written.scan.pixel)
     bare = replace(written, mask=replace(written.mask, ink=ink), text_lines=find_text_lines(ink, written.scan.dpi))
     source, part = Path(written.scan.source).name, f"{share:.{0 if share >= 0.01 else 1}%}"
-    if _fit(bare, transcript, rng) <= _fit(written, transcript, rng):
+    if transcript_fit(bare, transcript, rng) <= transcript_fit(written, transcript, rng):
         return written, none, [f"{source}: {part} of its line has ink of another colour, and belongs to its text."]
     return bare, foreign, [
         f"{source}: {part} of its line has ink of another colour, and was left out: the text fits better without "
@@ -144,18 +144,8 @@ def with_transcript_lines(written: WrittenPage, transcript: str, rng: np.random.
     if count == len(written.text_lines.lines):
         return written
     counted = replace(written, text_lines=find_text_lines(written.mask.ink, written.scan.dpi, count))
-    fits = [_fit(page, transcript, rng) for page in (written, counted)]
+    fits = [transcript_fit(page, transcript, rng) for page in (written, counted)]
     return counted if fits[1] > fits[0] else written
-
-
-def _fit(written: WrittenPage, transcript: str, rng: np.random.Generator) -> float:
-    """How well a text explains a page's lines, weighted by its letters; 0 if not at all."""
-    try:
-        alignment = align(written, transcript, method=by_segments_once, rng=rng)
-    except InputError:
-        return 0.0
-    weights = [len(line.letters) for line in alignment.lines]
-    return float(np.average([line.fit for line in alignment.lines], weights=weights)) if sum(weights) else 0.0
 
 
 def tag_labelled_page(written: WrittenPage, transcript: str, graphemes_at: Indices) -> TaggedPage:
@@ -240,6 +230,11 @@ def _notes(page: ScannedPage, alignment: Alignment, missing: Sequence[Missing]) 
         "its letters are kept as doubtful."
         for number in alignment.poor
     ]
+    if bare := [f"line {number + 1}" for number in range(len(page.baselines)) if number not in text]:
+        notes.append(
+            f"{page.source}: nothing of its text is on {list_names(bare)} of its {len(page.baselines)} lines of "
+            "writing; what is there is left out."
+        )
     if missing:
         names = list_names([f"{letter.letter} (line {letter.line + 1})" for letter in missing])
         notes.append(f"{page.source}: not found on the page: {names}.")

@@ -87,6 +87,7 @@ class PageReader:
         self.features = [describe(image) for image in images]
         # text lines → the same broken as suits the page; line → what the networks together make of its columns
         self.broken: dict[tuple[TranscriptLine, ...], list[TranscriptLine]] = {}
+        self.fits: dict[tuple[TranscriptLine, ...], list[float]] = {}  # how well text lines fit these
         self._together: dict[int, Floats] = {}
         self._prior = np.mean([network.log_prior for network in networks], axis=0)
 
@@ -95,7 +96,8 @@ class PageReader:
         some = copy(self)
         some.images = tuple(self.images[i] for i in lines)
         some.features = [self.features[i] for i in lines]
-        some.broken, some._together = {}, {i: self._together[k] for i, k in enumerate(lines) if k in self._together}
+        some.broken, some.fits = {}, {}
+        some._together = {i: self._together[k] for i, k in enumerate(lines) if k in self._together}
         return some
 
     def reading(self, line: int) -> ColumnReading:

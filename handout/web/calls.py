@@ -26,6 +26,7 @@ from handout.pipeline.options import (
     TableOptions,
     WritingOptions,
 )
+from handout.pipeline.plot_desk import PenTurn
 from handout.pipeline.plot_request import PlotOptions, PlotRequest
 
 T = TypeVar("T")
@@ -148,6 +149,12 @@ class SheetOnBed(Body, frozen=True):
     quarters: Literal[0, 1, 2, 3]
     x: Annotated[float, Meta(ge=-5000, le=5000)]
     y: Annotated[float, Meta(ge=-5000, le=5000)]
+
+
+class TurnedPens(Body, frozen=True):
+    """What draws each layer of a plot, in this order."""
+
+    pens: Annotated[tuple[PenTurn, ...], Meta(max_length=200)]
 
 
 PrinterName = Annotated[str, Meta(pattern=r"^[\w.-]{0,100}(?!\n)$")]  # a profile or a queue, and no address

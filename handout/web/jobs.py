@@ -22,6 +22,7 @@ from handout.web.calls import (
     Said,
     SheetOnBed,
     TriedBatch,
+    TurnedPens,
 )
 from handout.web.hands import find_upload, put_beside
 from handout.web.routes import Handle, Way, json_answer
@@ -125,6 +126,12 @@ async def lay(studio: Studio, request: Request, body: SheetOnBed) -> Response:
     return json_answer(await studio.answer("a sheet", call))
 
 
+async def turn(studio: Studio, request: Request, body: TurnedPens) -> Response:
+    """What draws the layers of a plot is said."""
+    call = Call("plot_desk.turn_pens", (_idle(studio, request, "plot"), body.pens))
+    return json_answer(await studio.answer("pens", call))
+
+
 async def draw(studio: Studio, request: Request, body: DrawnPlot) -> Response:
     """A plot is drawn, or what is left of it."""
     name = _idle(studio, request, "plot", "")
@@ -212,6 +219,8 @@ ROUTES = (
     Way("GET", f"{_PLOT}/pages/{{page:int}}", "A page of it, from 0, its strokes as they are drawn", page,
         answer="image/svg+xml"),
     Way("PUT", f"{_PLOT}/sheet", "Lay its sheets otherwise on the bed, before it begins", lay, body=SheetOnBed),
+    Way("PUT", f"{_PLOT}/pens", "What draws each layer, how fast, in which order, and which are left out", turn,
+        body=TurnedPens),
     Way("POST", f"{_PLOT}/draw", "Draw it, or what is left; the task's events tell where the pen is", draw,
         body=DrawnPlot),
     Way("DELETE", _PLOT, "Delete it", _forget_one("plot", "plot_jobs.forget_job")),

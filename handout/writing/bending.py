@@ -14,13 +14,12 @@ from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.distance import cdist
 from scipy.special import ndtr, ndtri
 
 from handout.hand.learnt import learnt
 from handout.hand.measures import body_sizes, mean_x_height
 from handout.values import Array, Indices
-from handout.writing.forms import Forms, GlyphLine
+from handout.writing.forms import Forms, GlyphLine, square_distances
 
 _SHARE = 0.7  # standard deviation of a bend over that of the letter's instances
 _WARP = 1.5  # size of the warp over the usual difference in shape between two instances
@@ -81,7 +80,7 @@ class Bend:
         from_foot = xy - (0.0, self.foot)
         moved = xy + from_foot @ (self.affine - np.eye(2)).T
         moved = moved + np.sin(xy @ self.waves.T + self.phases) @ self.pushes
-        near = np.exp(-cdist(xy, self.targets, "sqeuclidean") / (2 * self.around**2))
+        near = np.exp(-square_distances(xy, self.targets) / (2 * self.around**2))
         return np.asarray(moved + near @ self.misses / (near.sum(axis=1) + _AWAY)[:, None])
 
     def of_form(self, xy: Array) -> Array:
@@ -219,7 +218,7 @@ def _shape_difference(forms: Forms, groups: Sequence[Indices]) -> float:
     if not pairs:
         return 0.01
     first_glyphs, second_glyphs = np.array(pairs).T
-    squares = (cdist(boxed[i], boxed[j], "sqeuclidean").min(axis=0) for i, j in pairs)
+    squares = (square_distances(boxed[i], boxed[j]).min(axis=0) for i, j in pairs)
     away, size = np.concatenate([np.sort(np.sqrt(each)) for each in squares]), count[second_glyphs]
     first = np.cumsum(size) - size
     medians = (away[first + (size - 1) // 2] + away[first + size // 2]) / 2

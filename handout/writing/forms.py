@@ -12,20 +12,19 @@ Source: seed 000, §6.3, §6.4; seed 002, §3.2 (key points).
 from __future__ import annotations
 
 import unicodedata
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cached_property, lru_cache, reduce
 from operator import itemgetter
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.distance import cdist
 
 from handout.branching import branches
 from handout.hand.letter_classes import DOTTED, LOWERCASE
 from handout.hand.measures import mean_x_height
-from handout.hand.scanned import NOBODY, ScannedGlyph, ScannedHand
+from handout.hand.scanned import NOBODY, ScannedHand
 from handout.peaks import peaks
 from handout.values import Array, Indices, readonly, readonly_indices
 
@@ -104,7 +103,7 @@ class ExtractedStrokes:
         self._hand, self._centre = hand, centre
         self._before = np.cumsum([0, *(len(page.graph) for page in hand.pages)])  # vertices of the pages before
         self._count = int(self._before[-1])
-        self._owned = self._code_vertices(enumerate(_undotted(hand, glyph) for glyph in hand.glyphs))
+        self._owned = self._code_vertices(list(enumerate(_undotted(hand))))
         out = [(number, path) for number, paths in sorted(ways.items()) for path in paths]
         into = sorted(((hand.glyphs[number].after, path) for number, path in out), key=itemgetter(0))
         gone = self._code_vertices([(i, path[1:]) for i, path in out] + [(i, path[:-1]) for i, path in into])
@@ -150,11 +149,13 @@ class ExtractedStrokes:
         local = at[order] - self.bodies.first[holder[order], None]
         return np.split(local, np.searchsorted(holder[order], np.arange(1, len(self._centre))))
 
-    def _code_vertices(self, lines: Iterable[tuple[int, Indices]]) -> Indices:
+    def _code_vertices(self, lines: Sequence[tuple[int, Indices]]) -> Indices:
         """The numbers of the vertices of lines, each with the glyph that has it."""
-        pages = [glyph.page for glyph in self._hand.glyphs]
-        codes = [vertices + (number * self._count + self._before[pages[number]]) for number, vertices in lines]
-        return np.concatenate([np.zeros(0, dtype=np.intp), *codes])
+        number = np.array([number for number, _ in lines], dtype=np.intp)
+        page = np.array([glyph.page for glyph in self._hand.glyphs], dtype=np.intp)[number]
+        codes = np.concatenate([np.zeros(0, dtype=np.intp), *(vertices for _, vertices in lines)])
+        size = [len(vertices) for _, vertices in lines]
+        return np.asarray(codes + np.repeat(number * self._count + self._before[page], size))
 
     def _steps(self, codes: Indices) -> Indices:
         """(m,): one number for each pair of vertices (m, 2) of one glyph, the same in either order."""
@@ -198,24 +199,28 @@ _OVER = 1.2  # x-heights over the baseline, where the dots of an i and the apost
 _UNDOTTED = LOWERCASE - DOTTED
 
 
-def _undotted(hand: ScannedHand, glyph: ScannedGlyph) -> Indices:
-    """(n,): the vertices of a glyph without a dot or an apostrophe that another letter has lost to it.
+def _undotted(hand: ScannedHand) -> list[Indices]:
+    """The vertices of each glyph without a dot or an apostrophe that another letter has lost to it.
 
     Of 5,500 glyphs of sixteen people (csafe, cvl) five have one, two of the three f of one of them among these.
     """
-    page, vertices = hand.pages[glyph.page], glyph.vertices
-    pieces = page.graph.components[vertices] if glyph.letter in _UNDOTTED and len(vertices) else np.zeros(1)
-    if (pieces == pieces[0]).all():
-        return vertices
-    unit, uv, radius = page.x_height / page.pixel, page.graph.uv[vertices], page.graph.radius[vertices] / page.pixel
-    body = pieces == np.bincount(pieces).argmax()
-    height = (page.base(glyph.line, uv[:, 0]) - uv[:, 1]) / unit
-    for piece in np.unique(pieces[~body]):
-        dot = pieces == piece
-        away = (cdist(uv[dot], uv[body]) - radius[dot][:, None] - radius[body]).min() / unit
-        if away > _DOT and height[dot].min() > _OVER and np.ptp(uv[dot], axis=0).max() < _DOT * unit:
-            vertices = vertices[~np.isin(vertices, glyph.vertices[dot])]
-    return vertices
+    kept = [glyph.vertices for glyph in hand.glyphs]
+    pieces = [hand.pages[glyph.page].graph.components[glyph.vertices] for glyph in hand.glyphs]
+    first, joined = np.cumsum([0, *map(len, pieces)])[:-1], np.concatenate([np.zeros(0, dtype=np.intp), *pieces])
+    for number in np.flatnonzero(np.minimum.reduceat(joined, first) < np.maximum.reduceat(joined, first)).tolist():
+        glyph, piece_of = hand.glyphs[number], pieces[number]
+        if glyph.letter not in _UNDOTTED:
+            continue
+        page, graph, own = hand.pages[glyph.page], hand.pages[glyph.page].graph, glyph.vertices
+        unit, uv, radius = page.x_height / page.pixel, graph.uv[own], graph.radius[own] / page.pixel
+        body = piece_of == np.bincount(piece_of).argmax()
+        height = (page.base(glyph.line, uv[:, 0]) - uv[:, 1]) / unit
+        for piece in np.unique(piece_of[~body]):
+            dot = piece_of == piece
+            away = (np.sqrt(square_distances(uv[dot], uv[body])) - radius[dot][:, None] - radius[body]).min() / unit
+            if away > _DOT and height[dot].min() > _OVER and np.ptp(uv[dot], axis=0).max() < _DOT * unit:
+                kept[number] = kept[number][~np.isin(kept[number], own[dot])]
+    return kept
 
 
 _ARM = 8  # vertices on either side, whose directions are compared
@@ -452,6 +457,12 @@ def _fractions(xy: Array) -> Array:
     return np.asarray(run / run[-1])
 
 
+def square_distances(first: Array, second: Array) -> Array:
+    """(n, m): squares of the distances of places (n, k) from others (m, k), as scipy's, which takes long to load."""
+    columns = zip(first.T, second.T, strict=True)
+    return np.asarray(reduce(np.add, (np.square(mine[:, None] - theirs) for mine, theirs in columns)))
+
+
 def is_mark(letter: str) -> bool:
     """Whether a grapheme is punctuation or a symbol."""
     return bool(letter) and unicodedata.category(letter[0])[0] in "PS"
@@ -495,14 +506,14 @@ def _before_turn(strokes: Connectors, turn: float, direction: int) -> Indices:
     An exit (direction 1) rises to the letter that it led to, and an entry, seen from its letter, falls (−1): where it
     has come back by `turn` from its furthest, it belongs to the other letter, of which it would look like a piece.
     """
-    kept = []
-    for way in range(len(strokes.of)):
-        outward = direction * strokes.lines[way].xy[::direction, 1]
-        furthest = np.maximum.accumulate(outward)
-        back = np.flatnonzero(furthest - outward > turn)
-        kept.append(int(outward[: back[0]].argmax()) + 1 if len(back) else len(outward))
+    count = strokes.lines.count
+    outward = np.full((len(count), int(count.max(initial=0)) + 1), -np.inf)  # after the last vertex all have come back
+    outward[np.repeat(np.arange(len(count)), count), strokes.away] = direction * strokes.lines.xy[:, 1]
+    back = (np.maximum.accumulate(outward, axis=1) - outward > turn).argmax(axis=1)
+    outward[np.arange(outward.shape[1]) >= back[:, None]] = -np.inf
+    kept = np.where(back < count, outward.argmax(axis=1) + 1, count)
     # what is the letter's own stays: the first arch of an m rises and falls too
-    return np.maximum(np.array(kept, dtype=np.intp), strokes.owned)
+    return np.maximum(kept, strokes.owned)
 
 
 def _group_ways(strokes: Connectors) -> Mapping[int, range]:

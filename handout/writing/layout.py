@@ -17,7 +17,7 @@ import numpy as np
 
 from handout.errors import InputError
 from handout.values import Array, Page
-from handout.writing.variation import EDGE_MEMORY, USUAL, Drift
+from handout.writing.variation import EDGE_MEMORY, PITCH_MEMORY, USUAL, Drift
 
 if TYPE_CHECKING:
     from handout.hand.scanned import ScannedHand, ScannedPage
@@ -34,7 +34,8 @@ class BaselineModel:
     most_rise : how far the ends of a line leave its middle, at most.
     bend, bend_mean : sag of a line from its ends to its middle.
     reach : half the length of the writer's own lines; shorter ones bend less; 0: all lines bend alike.
-    pitch : of a line's height about even distances.
+    pitch, pitch_memory : of a line's height about even distances; correlation with the line before: who follows rules
+        or a sheet below has none, on blank paper each line is laid by the one above.
     closer : than usual two lines come at most; people look where the line above is.
     """
 
@@ -49,6 +50,7 @@ class BaselineModel:
     bend_mean: float = 0.0
     reach: float = 0.0
     pitch: float = USUAL.pitch
+    pitch_memory: float = PITCH_MEMORY
     closer: float = math.inf
 
 
@@ -78,13 +80,14 @@ def line_geometries(
     """
     page = rng.normal(0.0, model.page_tilt * jitter)
     edges = Drift(jitter * model.edge, model.edge_memory, rng)
+    heights = Drift(jitter * model.pitch, model.pitch_memory, rng)
     least, most = -model.most_rise / reach, model.most_rise / reach  # a long line drifts no further than a short one
     bent = min(1.0, reach / model.reach) if model.reach else 1.0
     habit, begun = min(jitter, 1.0), count - 1 if model.edge_drift < 0 else 0
     geometries: list[LineGeometry] = []
     tilt, below = 0.0, -math.inf
     for number in range(count):
-        below = max(rng.normal(0.0, jitter * model.pitch), below - model.closer)
+        below = max(heights.draw_next(rng), below - model.closer)
         drift = min(model.edge_drift * (number - begun), _MOST_DRIFT)
         edge = edges.draw_next(rng) + habit * drift
         fresh = rng.normal(0.0, jitter * model.tilt)
@@ -137,6 +140,7 @@ def on_rules(model: BaselineModel) -> BaselineModel:
         model,
         pitch=min(model.pitch, _WANDERS / _MEASURED_X_HEIGHT),
         tilt=min(model.tilt, _TILT),
+        pitch_memory=0.0,
         tilt_memory=0.0,
         page_tilt=0.0,
         most_rise=min(model.most_rise, 2 * _WANDERS / _MEASURED_X_HEIGHT),
@@ -255,7 +259,8 @@ class LayoutHabitSettings:
     drift: float = 0.15
     tilt: tuple[float, float] = (0.001, 0.025)
     bend: tuple[float, float] = (0.05, 0.6)
-    pitch: tuple[float, float] = (0.02, 0.3)
+    distance: tuple[float, float] = (0.03, 0.42)  # of lines
+    pitch: float = 0.6
     bend_mean: float = 0.6
     rise: tuple[float, float] = (0.35, 1.3)
 
@@ -293,8 +298,7 @@ def author_baselines(hand: ScannedHand) -> BaselineModel:
     sags = np.concatenate([page.sag[lines] for page, lines in zip(pages, long, strict=True)])
     share = len(sags) / (len(sags) + HABITS.prior)
     mean = float(np.median(sags))
-    # how far lines stand from even distances
-    uneven = [page.height - np.polyval(np.polyfit(page.number, page.height, 1), page.number) for page in pages]
+    pitch, memory, closer = _heights(pages)
     return BaselineModel(
         edge=_deviation([rest for rest, _ in edges], USUAL_BASELINES.edge, HABITS.edge, 2),
         edge_memory=_memory([rest for rest, _ in edges], USUAL_BASELINES.edge_memory, 2),
@@ -305,8 +309,9 @@ def author_baselines(hand: ScannedHand) -> BaselineModel:
         bend=_deviation([sags - mean], USUAL_BASELINES.bend, HABITS.bend),
         bend_mean=share * float(np.clip(mean, -HABITS.bend_mean, HABITS.bend_mean)),
         reach=float(np.median(np.concatenate([page.reach for page in pages]))),
-        pitch=_deviation(uneven, USUAL_BASELINES.pitch, HABITS.pitch, 2),
-        closer=max(map(_closer, pages)),
+        pitch=pitch,
+        pitch_memory=memory,
+        closer=closer,
     )
 
 
@@ -351,10 +356,16 @@ def _course(x: Array, y: Array) -> tuple[float, float]:
     return slope, float(np.median(y) - slope * np.median(x))
 
 
-def _closer(page: _PageLines) -> float:
-    """How much nearer than usual two lines of a page come."""
-    apart = np.diff(page.height)[np.diff(page.number) == 1]
-    return float(np.median(apart) - apart.min()) if len(apart) else math.inf
+def _heights(pages: Sequence[_PageLines]) -> tuple[float, float, float]:
+    """`BaselineModel.pitch`, `pitch_memory` and `closer`; the first told by distances, which no slow course makes
+    smaller."""
+    uneven = [page.height - np.polyval(np.polyfit(page.number, page.height, 1), page.number) for page in pages]
+    memory = _memory(uneven, USUAL_BASELINES.pitch_memory, 2)
+    apart = [own for page in pages if len(own := np.diff(page.height)[np.diff(page.number) == 1])]
+    ratio = math.sqrt(2 * (1 - memory))  # of the spread of distances to that of heights
+    spread = _deviation([own - own.mean() for own in apart], USUAL_BASELINES.pitch * ratio, HABITS.distance)
+    closer = max((float(np.median(own) - own.min()) for own in apart), default=math.inf)
+    return min(spread / ratio, HABITS.pitch), memory, closer
 
 
 def _deviation(rests: Sequence[Array], usual: float, bounds: tuple[float, float], parameters: int = 1) -> float:

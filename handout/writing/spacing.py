@@ -35,14 +35,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import solveh_banded
 from scipy.linalg.lapack import dpotrf, dpotrs, dtrtri
-from scipy.spatial.distance import cdist
 
 from handout.hand import measures
 from handout.hand.learnt import learnt
 from handout.hand.scanned import NOBODY
 from handout.values import Array, Indices
 from handout.writing.bending import Bend
-from handout.writing.forms import Forms, GlyphLine, LineVertices
+from handout.writing.forms import Forms, GlyphLine, LineVertices, square_distances
 from handout.writing.joining import matches, meets, partners, rises
 from handout.writing.joints import Joints
 from handout.writing.neighbours import Neighbours
@@ -148,7 +147,7 @@ def _outlines(forms: Forms, slant: float, of: Indices, xy: Array, radius: Array)
 
 def apart(first: LineVertices | GlyphLine, second: LineVertices | GlyphLine, shift: Array) -> float:
     """Distance of the ink of two bodies, the second shifted (2,) from the first by its centre; line space."""
-    away = cdist(first.xy, second.xy + shift) - first.radius[:, None] - second.radius
+    away = np.sqrt(square_distances(first.xy, second.xy + shift)) - first.radius[:, None] - second.radius
     return float(away.min())
 
 
@@ -551,7 +550,7 @@ def _predicted_heights(forms: Forms, height: Array, letters: NDArray[np.bool_]) 
     sample = sample[:: -(-len(sample) // _MOST_LEARNT)]
     shapes = _shapes(forms)
     shapes = (shapes - shapes[sample].mean(axis=0)) / (shapes[sample].std(axis=0) + 1e-9)
-    alike = np.exp(-cdist(shapes, shapes[sample], "sqeuclidean") / (2 * _LENGTH**2))
+    alike = np.exp(-square_distances(shapes, shapes[sample]) / (2 * _LENGTH**2))
     factor = dpotrf(alike[sample] + _NOISE * np.eye(len(sample)), lower=1)[0]
     middle = height[sample].mean()
     weights = dpotrs(factor, height[sample] - middle, lower=1)[0]

@@ -37,7 +37,7 @@ class Variation:
     edge : of the left edge, correlated from line to line by `EDGE_MEMORY`.
     tilt : tangent, slope of a line; half of it is the page's.
     bend : sag of a line over its length.
-    pitch : of the distance of lines.
+    pitch : of the height of lines about even distances, correlated from line to line by `PITCH_MEMORY`.
     pace : relative, of the time a stroke takes.
     tremor : of the pen about its intended path, each axis; below `TREMOR` Hz it is as strong at every frequency.
         With it 1–2 % of the power of the pen's velocity lies at 8–12 Hz and 0.2 % at 12–16 Hz; in people's words
@@ -65,7 +65,7 @@ class Variation:
     edge: float = 0.18
     tilt: float = 0.0035
     bend: float = 0.28
-    pitch: float = 0.05
+    pitch: float = 0.2
     pace: float = 0.06
     tremor: float = 0.018
 
@@ -76,7 +76,7 @@ class Variation:
 
 USUAL = Variation()
 # correlation of neighbours: letters, words, lines of a page
-LETTER_MEMORY, SLANT_MEMORY, SLOW_MEMORY, EDGE_MEMORY = 0.75, 0.75, 0.99, 0.6
+LETTER_MEMORY, SLANT_MEMORY, SLOW_MEMORY, EDGE_MEMORY, PITCH_MEMORY = 0.75, 0.75, 0.99, 0.6, 0.6
 LINE_MEMORY = 0.97  # of letters, too: half of what a word has of it is still there five words later
 TREMOR = 7.0
 _WAVES = 6

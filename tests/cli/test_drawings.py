@@ -104,6 +104,30 @@ def test_a_name_of_no_file_is_refused_and_not_written_out(folder):
     assert (folder / "a.svg").exists() and not (folder / "a.gcode").exists()
 
 
+def test_layers_have_pens_of_their_own_speed_and_may_be_left_out(folder):
+    def planned(*layers):
+        named = [word for layer in layers for word in ("--layer", layer)]
+        done = run(
+            "plot", "drawing.svg", "--layers", "colour", *named, "--dry-run", "a.json", "--dry-run", "a.svg", "--json"
+        )
+        return json.loads(done.stdout)["planned_s"], [stroke.colour for stroke in read_drawing("a.json").strokes]
+
+    (usual, order), (slow, turned) = planned(), planned("#000080, speed=10%, pen=the fine one")
+    assert slow > usual + 0.5 and (order[0], turned[0]) == ("#c01020", "#000080")
+    quick, shown = planned("#c01020,out")
+    assert quick < usual and set(shown) == {"#000080"}
+    assert "#d2d2d2" in (folder / "a.svg").read_text(), "what is left out is pale"
+    for wrong, says in (("#c01020,speed=fast", "write its name"), ("navy", "no layer 'navy'; there are '#c01020', ")):
+        with pytest.raises(InputError, match=says):
+            planned(wrong)
+    with pytest.raises(InputError, match="All layers are left out"):
+        planned("#c01020,out", "#000080,out")
+    with pytest.raises(InputError, match="say what makes one"):
+        run("plot", "drawing.svg", "--layer", "#c01020,out", "--port", "sim:")
+    done = run("plot", "drawing.svg", "--layers", "colour", "--layer", "#c01020,out", "--port", "sim:", "--json")
+    assert json.loads(done.stdout)["pen_down_mm"] == pytest.approx(6, abs=0.2)
+
+
 def test_a_drawing_is_not_written_out_as_a_text(folder):
     for given in (["drawing.svg"], ["--file", "drawing.svg"]):
         with pytest.raises(InputError, match=r"drawing\.svg is a drawing and no text: `handout plot"):

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from PIL import Image
 
 from handout.errors import InputError
-from handout.hand.archive import Archive, pack, write
+from handout.hand.archive import Archive, join_bytes, pack, split_bytes, write
 
 
 class Facts(msgspec.Struct, forbid_unknown_fields=True):
@@ -45,6 +45,21 @@ def test_what_goes_in_comes_out(tmp_path):
     assert facts == Facts("a", 3)
     assert np.array_equal(xy, ARRAY)
     assert np.array_equal(picture, PIXELS)
+
+
+_WHOLE_NUMBERS = st.integers(-(2**31), 2**31 - 1) | st.integers(-300, 300)
+
+
+@given(st.lists(st.tuples(_WHOLE_NUMBERS, _WHOLE_NUMBERS), max_size=20), st.booleans())
+def test_whole_numbers_that_are_split_come_back(rows, flat):
+    numbers = np.array(rows, dtype=np.int32).reshape(-1, 2)
+    numbers = numbers[:, 0] if flat else numbers
+    split = split_bytes(numbers)
+    assert split.dtype == np.uint8 and split.shape[1:] == numbers.T.shape
+    back = join_bytes(split)
+    assert back.dtype == np.int32 and np.array_equal(back, numbers) and back.flags.c_contiguous
+    # none is kept whose bytes are all 0
+    assert len(split) == 1 or split[-1].any()
 
 
 @pytest.mark.slow

@@ -16,6 +16,7 @@ from handout.values import LineGraph
 
 
 def cost_of(a, b, both, taken):
+    a, b = (np.concatenate([of[..., :3] * of[..., 3:], of[..., 3:]], axis=2) for of in (a / 255, b / 255))
     apart, total = np.sqrt(((a - b) ** 2).sum(axis=2)), 0.0
     for y, x in zip(*np.nonzero(both), strict=True):
         for v, u in ((y, x + 1), (y + 1, x)):
@@ -28,7 +29,7 @@ def cost_of(a, b, both, taken):
 @given(st.integers(0, 10**6))
 def test_no_seam_is_cheaper(seed):
     rng = np.random.default_rng(seed)
-    a, b = rng.random((2, 3, 4, 4))
+    a, b = rng.integers(0, 256, (2, 3, 4, 4), dtype=np.uint8)
     both = rng.random((3, 4)) < 0.85
     to_a, to_b = np.zeros((2, 3, 4), dtype=bool)
     to_a[:, 0], to_b[:, -1] = both[:, 0], both[:, -1]
@@ -52,7 +53,7 @@ def line(points, colour, ends=True):
     place = np.stack(np.meshgrid(np.arange(60), np.arange(40)), axis=-1)
     away = np.linalg.norm(place[:, :, None] - xy, axis=-1)
     near = np.where(away.min(axis=2) <= 6, away.argmin(axis=2), -1).astype(np.int32)
-    rgba = np.zeros((40, 60, 4), dtype=np.float32)
+    rgba = np.zeros((40, 60, 4), dtype=np.uint8)
     rgba[away.min(axis=2) <= 2.5] = colour
     loose = np.zeros(len(xy), dtype=bool)
     loose[[0, -1]] = ends
@@ -61,48 +62,48 @@ def line(points, colour, ends=True):
 
 def test_of_two_versions_of_a_line_one_is_left():
     x = np.arange(5, 46)
-    a = line(np.stack([x, np.full(41, 20)], axis=1), (0.5, 0, 0, 1))
-    b = line(np.stack([x + 10, np.full(41, 20)], axis=1), (0, 0, 0.5, 1))
-    c, d = part_layers(a, b)
+    a = line(np.stack([x, np.full(41, 20)], axis=1), (128, 0, 0, 255))
+    b = line(np.stack([x + 10, np.full(41, 20)], axis=1), (0, 0, 128, 255))
+    c, d = part_layers([a, b])
     shown = (c.rgba[..., 3] > 0).astype(int) + (d.rgba[..., 3] > 0)
     assert np.array_equal(shown > 0, (a.rgba[..., 3] > 0) | (b.rgba[..., 3] > 0)) and shown.max() == 1
-    assert (c.rgba[20, 5:15, 3] == 1).all() and (d.rgba[20, 46:55, 3] == 1).all(), "each keeps what it has alone"
-    assert (np.diff(d.rgba[20, 5:56, 3]) >= 0).all(), "one seam"
+    assert (c.rgba[20, 5:15, 3] == 255).all() and (d.rgba[20, 46:55, 3] == 255).all(), "each keeps what it has alone"
+    assert (np.diff(d.rgba[20, 5:56, 3].astype(int)) >= 0).all(), "one seam"
 
 
 def test_the_seam_runs_where_the_layers_are_alike():
     x = np.arange(5, 46)
-    a = line(np.stack([x, np.full(41, 20)], axis=1), (0.5, 0, 0, 1))
-    b = line(np.stack([x + 10, np.full(41, 20)], axis=1), (0, 0, 0.5, 1))
-    a.rgba[:, 33:36][a.rgba[:, 33:36, 3] > 0] = (0, 0, 0.5, 1)
-    _, d = part_layers(a, b)
+    a = line(np.stack([x, np.full(41, 20)], axis=1), (128, 0, 0, 255))
+    b = line(np.stack([x + 10, np.full(41, 20)], axis=1), (0, 0, 128, 255))
+    a.rgba[:, 33:36][a.rgba[:, 33:36, 3] > 0] = (0, 0, 128, 255)
+    _, d = part_layers([a, b])
     assert 33 <= np.flatnonzero(d.rgba[20, :, 3])[0] <= 35
 
 
 def test_lines_that_cross_are_both_left():
-    a = line(np.stack([np.arange(5, 56), np.full(51, 20)], axis=1), (0.5, 0, 0, 1))
-    b = line(np.stack([np.full(31, 30), np.arange(5, 36)], axis=1), (0, 0, 0.5, 1))
-    c, d = part_layers(a, b)
+    a = line(np.stack([np.arange(5, 56), np.full(51, 20)], axis=1), (128, 0, 0, 255))
+    b = line(np.stack([np.full(31, 30), np.arange(5, 36)], axis=1), (0, 0, 128, 255))
+    c, d = part_layers([a, b])
     assert c is a and d is b
 
 
 def test_what_a_piece_ends_in_is_left_to_the_line_that_goes_on():
-    a = line(np.stack([np.arange(5, 56), np.full(51, 20)], axis=1), (0.5, 0, 0, 1))
-    b = line(np.stack([np.arange(20, 41), np.full(21, 20)], axis=1), (0, 0, 0.5, 1))
-    c, d = part_layers(a, b)
-    assert c.rgba[20, 20, 3] == 1 and d.rgba[20, 20, 3] == 0
-    assert (c.rgba[20, 5:56, 3] + d.rgba[20, 5:56, 3] == 1).all()
+    a = line(np.stack([np.arange(5, 56), np.full(51, 20)], axis=1), (128, 0, 0, 255))
+    b = line(np.stack([np.arange(20, 41), np.full(21, 20)], axis=1), (0, 0, 128, 255))
+    c, d = part_layers([a, b])
+    assert c.rgba[20, 20, 3] == 255 and d.rgba[20, 20, 3] == 0
+    assert (c.rgba[20, 5:56, 3] + d.rgba[20, 5:56, 3] == 255).all()
 
 
 def test_where_one_layer_breaks_off_the_other_is_seen():
     points = np.stack([np.arange(5, 56), np.full(51, 20)], axis=1)
-    a, b = line(points, (0.5, 0, 0, 1)), line(points, (0, 0, 0.5, 1))
+    a, b = line(points, (128, 0, 0, 255)), line(points, (0, 0, 128, 255))
     a.loose[[25, 26]] = True
     b.loose[[0, 12, 13, 50]] = True
-    c, d = part_layers(a, b)
-    assert (d.rgba[20, 30:32, 3] == 1).all() and not c.rgba[20, 30:32, 3].any()
-    assert (c.rgba[20, 17:19, 3] == 1).all() and not d.rgba[20, 17:19, 3].any()
-    assert (c.rgba[20, 5:56, 3] + d.rgba[20, 5:56, 3] == 1).all()
+    c, d = part_layers([a, b])
+    assert (d.rgba[20, 30:32, 3] == 255).all() and not c.rgba[20, 30:32, 3].any()
+    assert (c.rgba[20, 17:19, 3] == 255).all() and not d.rgba[20, 17:19, 3].any()
+    assert (c.rgba[20, 5:56, 3] + d.rgba[20, 5:56, 3] == 255).all()
 
 
 def test_a_ligature_written_by_two_strangers(small_hand):
@@ -119,8 +120,8 @@ def test_a_ligature_written_by_two_strangers(small_hand):
     )
     source = InkSource(hand.pages[0])
     page = page_of(hand)
-    layers = list(warp(pair, {0: source}, 300.0, hand.pages[0].shape))
-    first, second = part_layers(*layers)
+    layers = warp(pair, {0: source}, 300.0, hand.pages[0].shape)
+    first, second = part_layers(layers)
     gone = [(old.rgba[..., 3] > 0).sum() - (new.rgba[..., 3] > 0).sum()
             for old, new in zip(layers, (first, second), strict=True)]  # fmt: skip
     assert min(gone) > 0, "each gave something up"

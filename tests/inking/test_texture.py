@@ -164,14 +164,16 @@ def test_a_page_that_is_made_again_is_the_same_and_only_what_changed_is_drawn(sm
 
     inks, drawn = [ink(small_hand, number) for number in range(12)], []
     monkeypatch.setattr(
-        module, "warp", lambda one, *rest, **margin: drawn.append(one[0].number) or warp(one, *rest, **margin)
+        module,
+        "warp",
+        lambda new, *rest, **margin: drawn.extend(one.number for one in new) or warp(new, *rest, **margin),
     )
-    module._kept_layer.cache_clear()
+    module._kept.clear()
     page = page_of(small_hand)
     before = texture(written(inks[:9], page), small_hand, 100.0)
     again = texture(written([*inks[:4], ink(small_hand, 4, lambda xy: xy + 0.5), *inks[5:]], page), small_hand, 100.0)
     assert drawn == [*range(9), 4, 9, 10, 11]
-    module._kept_layer.cache_clear()
+    module._kept.clear()
     assert np.array_equal(texture(written(inks[:9], page), small_hand, 100.0).rgba, before.rgba)
     fresh = texture(written([*inks[:4], ink(small_hand, 4, lambda xy: xy + 0.5), *inks[5:]], page), small_hand, 100.0)
     assert np.array_equal(again.rgba, fresh.rgba) and not np.array_equal(again.rgba, before.rgba)

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from handout.errors import InputError
-from handout.plotting.jobs.parts import PlotPart, arrange_layers, list_requests, parts, survey
+from handout.plotting.jobs.parts import PenTurn, PlotPart, arrange_layers, list_requests, parts, survey
 from handout.values import Drawing, Page, Stroke
 
 COLOURS = ["#c01020", "", "#1020c0"]
@@ -37,6 +37,19 @@ def test_layers_are_drawn_one_after_the_other(layers, names):
         assert part.ink == pytest.approx(sum(s.length for s in strokes))
         assert [s.t[0] for s in strokes] == sorted(s.t[0] for s in strokes)
         assert {{"none": "", "name": s.layer, "colour": s.colour}[layers] for s in strokes} == {part.layer}
+
+
+def test_layers_take_their_turns_and_those_left_out_are_no_parts():
+    turns = [PenTurn(COLOURS[2], pen="one"), PenTurn(COLOURS[1], out=True), PenTurn(COLOURS[0], pen="one")]
+    before, arranged = (survey(arrange_layers(coloured(), "colour", turn), "colour") for turn in ((), turns))
+    for found in (before, arranged):  # whether they took their turns when the page was kept, or do so since
+        made = parts([found, found], 2, None, turns)
+        assert [part.layer for part in made] == [COLOURS[2], COLOURS[0]] * 4
+        firsts = {layer.name: layer.first for layer in found}
+        assert all(part.first == firsts[part.layer] for part in made)
+        assert list_requests(None, made[0], 2, COLOURS, turns) == ["Put in one"]
+        assert list_requests(made[0], made[1], 2, COLOURS, turns) == [], "they share a pen"
+    assert [layer.name for layer in arranged] == [COLOURS[2], COLOURS[0], COLOURS[1]]
 
 
 @given(st.floats(10.0, 500.0), st.integers(1, 3), st.integers(1, 3))

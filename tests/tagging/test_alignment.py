@@ -99,8 +99,20 @@ def test_line_breaks_that_differ_from_the_page_are_found():
     some = PageReader([strip.image for strip in strips], network.load_networks())
     readings = [some.reading(i) for i in range(len(strips))]
     lines = read_transcript(TEXT)
-    parts = alignment.broken_freely(readings, lines, some.widths(read_transcript("\n".join(texts))))
+    widths = some.widths(read_transcript("\n".join(texts)))
+    parts = alignment.broken_freely(readings, lines, widths)
     assert [part.text for part in parts] == texts
+
+
+@pytest.mark.parametrize("bare", [(0,), (2,), (0, 1), (-1,)])
+def test_lines_that_are_not_in_the_text_are_left_without_any(bare):
+    strips, texts, _ = page()
+    want = ["" if i - len(texts) in bare or i in bare else text for i, text in enumerate(texts)]
+    lines = read_transcript(" ".join(text for text in want if text))
+    some = PageReader([strip.image for strip in strips], network.load_networks())
+    found, fits = alignment.assigned_to_lines(some, lines, np.random.default_rng(1))
+    assert [part.text for part in found] == want
+    assert all((fit > 0.3) == bool(text) for fit, text in zip(fits, want, strict=True))
 
 
 def test_the_transcript_of_another_page_is_refused():

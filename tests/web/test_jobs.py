@@ -86,6 +86,32 @@ def test_its_sheet_is_laid_otherwise_until_it_is_drawn(program):
     assert "stays where it lies" in program.put(f"{path}/sheet", json={"quarters": 0, "x": 0, "y": 0}).json()["error"]
 
 
+def test_pens_are_slower_left_out_and_in_another_order_until_it_is_drawn(program):
+    text = {"text": "Hi [A]{ink=#7c1f2b} [lo]{ink=#1f7c2b}", "letter": True, "layers": "colour"}
+    plot = program.post("/api/plots", json={"page": "74x105mm", "seed": 4, **text}).json()["facts"]
+    path, (first, red, green) = f"/api/plots/{plot['job']}", plot["pens"]
+    turned = program.put(f"{path}/pens", json={"pens": [{"layer": red["layer"], "speed": 0.2, "pen": "fine"}]}).json()
+    assert [pen["layer"] for pen in turned["pens"]] == [red["layer"], first["layer"], green["layer"]]
+    assert turned["pens"][0]["seconds"] > red["seconds"] and turned["pens"][0]["pen"] == "fine"
+    strokes = program.get(f"{path}/pages/0").text.count('class="stroke"')
+    turns = [{"layer": green["layer"], "out": True}, {"layer": red["layer"], "speed": 0.2}]
+    left = program.put(f"{path}/pens", json={"pens": turns}).json()
+    assert left["pen_down_mm"] == pytest.approx(plot["pen_down_mm"] - green["ink_mm"], abs=0.3)
+    assert program.get(f"{path}/pages/0").text.count('class="stroke"') < strokes
+    everything = [{"layer": pen["layer"], "out": True} for pen in plot["pens"]]
+    for pens, says in (([{"layer": "x"}], "no layer 'x'"), (everything, "leave one of the pens in")):
+        assert says in program.put(f"{path}/pens", json={"pens": pens}).json()["error"]
+    task, _ = begun(program, plot["job"])
+    assert program.put(f"{path}/pens", json={"pens": []}).status_code == 409
+    program.post(f"/api/tasks/{task}/word", json={"word": "stop"})
+    until(program, task, lambda snapshot: snapshot["state"] == "done")
+    assert "keep their order" in program.put(f"{path}/pens", json={"pens": []}).json()["error"]
+    quicker = program.put(f"{path}/pens", json={"pens": [turns[0], {"layer": red["layer"]}]}).json()
+    assert quicker["pens"][0]["speed"] == 1, "which may be said when some is drawn"
+    done = drawn(program, plot["job"])["facts"]
+    assert done["finished"] and done["drawn_mm"] == left["pen_down_mm"]
+
+
 def test_a_plot_pauses_goes_on_and_is_stopped_where_the_journal_says(program):
     plot = kept(program, "Hi hi hi")
     task, seen = begun(program, plot["job"])

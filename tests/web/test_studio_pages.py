@@ -421,16 +421,45 @@ def test_a_text_goes_to_the_plotter_and_its_pen_is_seen(page):
     page.get_by_text("nothing is on paper").wait_for()
 
 
-def test_a_plot_with_two_pens_pauses_and_goes_on(page):
+def test_a_plot_with_three_pens_one_slower_one_left_out_pauses_and_goes_on(page):
     page.goto(page.home + "#write")
     page.get_by_label("Kind of text").select_option("letter")
-    page.get_by_label("Text", exact=True).fill("Hi [A]{ink=#7c1f2b}")
+    page.get_by_label("Text", exact=True).fill("Hi [A]{ink=#7c1f2b} [lo]{ink=#1f7c2b}")
     page.get_by_role("button", name="Make …").press("Enter")
     page.get_by_label("A pen for each ink").check()
     page.get_by_role("button", name="Prepare the plot").press("Enter")
-    page.locator(".pens tbody tr").nth(1).wait_for()
+    rows = page.locator(".pens tbody tr")
+    rows.nth(2).wait_for()
     page.get_by_text("the sheet, 105 × 148 mm").wait_for()
     assert axe(page) == []
+
+    def said(about, act):
+        """The table after something is said of a pen, which the page of the plot shows at once."""
+        with page.expect_response("**/pens"), page.expect_response("**/pages/0"):
+            act(page.get_by_label(about))
+        page.locator(".bed .leaf").wait_for()
+        return rows.all_inner_texts()
+
+    strokes = page.locator(".bed .stroke").count()
+    usual = rows.nth(1).inner_text().split("\t")[-2]
+    slow = said("Speed in percent: #7c1f2b", lambda field: (field.fill("20"), field.press("Enter")))
+    assert int(slow[1].split("\t")[-2].split()[0]) > int(usual.split()[0])
+    assert "left out" in said("Draw it: #1f7c2b", lambda box: box.uncheck())[2]
+    assert page.locator(".bed .stroke").count() < strokes
+    said("Pen: #7c1f2b", lambda field: (field.fill("the red one"), field.press("Enter")))
+    moved = said("Order: #7c1f2b", lambda handle: handle.press("ArrowUp"))
+    assert "#7c1f2b" in moved[0] and page.evaluate("document.activeElement.textContent") == "↕"
+    handle, first = page.get_by_label("Order: #7c1f2b").bounding_box(), rows.nth(1).bounding_box()
+    page.mouse.move(handle["x"] + 5, handle["y"] + 5)
+    page.mouse.down()
+    page.mouse.move(first["x"] + 5, first["y"] + 10, steps=3)
+    with page.expect_response("**/pens"), page.expect_response("**/pages/0"):
+        page.mouse.up()
+    assert "#7c1f2b" in rows.nth(1).inner_text()
+    assert axe(page) == []
+    page.reload()
+    rows.nth(2).wait_for()
+    assert page.get_by_label("Pen: #7c1f2b").input_value() == "the red one", "it is kept"
     page.get_by_label("Connected at").select_option("sim:?realtime=1")
     page.get_by_role("button", name="Draw", exact=True).press("Enter")
     page.locator(".bed .nib:not([hidden])").wait_for()
@@ -438,7 +467,7 @@ def test_a_plot_with_two_pens_pauses_and_goes_on(page):
     page.get_by_text("The plot pauses, its pen lifted.").wait_for()
     page.get_by_role("button", name="Continue").press("Enter")
     page.get_by_text("nothing is on paper").wait_for()
-    assert page.locator(".pens td", has_text="drawn").count() == 2
+    assert [row.split("\t")[-1] for row in rows.all_inner_texts()] == ["drawn", "drawn", "left out"]
     page.goto(page.home + "#write")
     page.get_by_label("Kind of text").select_option("text")
 

@@ -49,9 +49,16 @@ def hand(small_hand):
 
 MANNERS = (
     USUAL_BASELINES,
-    BaselineModel(edge=0.6, edge_memory=0.1, tilt=0.002, bend=0.1, pitch=0.2),
+    BaselineModel(edge=0.6, edge_memory=0.1, tilt=0.002, bend=0.1, pitch=0.2, pitch_memory=0.0),
     BaselineModel(
-        edge=0.08, edge_memory=0.8, edge_drift=0.09, tilt=0.015, tilt_memory=0.8, most_rise=1.3, bend_mean=0.4
+        edge=0.08,
+        edge_memory=0.8,
+        edge_drift=0.09,
+        tilt=0.015,
+        tilt_memory=0.8,
+        most_rise=1.3,
+        bend_mean=0.4,
+        pitch_memory=0.8,
     ),
 )
 
@@ -64,6 +71,7 @@ def test_a_known_manner_is_found_again_however_the_page_lay(hand, manner, turned
         assert getattr(found, name) == pytest.approx(getattr(manner, name), rel=0.4), name
     assert found.edge_memory == pytest.approx(manner.edge_memory, abs=0.3)
     assert found.tilt_memory == pytest.approx(manner.tilt_memory, abs=0.3)
+    assert found.pitch_memory == pytest.approx(manner.pitch_memory, abs=0.3)
     assert found.edge_drift == pytest.approx(manner.edge_drift, abs=0.03)
     assert found.bend_mean == pytest.approx(manner.bend_mean, abs=0.12)
     assert found.reach == pytest.approx(REACH)
@@ -83,7 +91,7 @@ def test_indented_lines_are_not_the_edge(hand):
 def test_few_lines_tell_nothing_and_wild_ones_not_everything(hand):
     assert author_baselines(hand(MANNERS[2], pages=3, count=4)) == USUAL_BASELINES
     wild = author_baselines(hand(BaselineModel(edge=3.0, tilt=0.2, most_rise=9.0, bend=4.0, pitch=1.0), pages=2))
-    assert wild.edge <= 0.8 and wild.tilt <= 0.025 and wild.bend <= 0.6 and wild.pitch <= 0.3 and wild.most_rise <= 1.3
+    assert wild.edge <= 0.8 and wild.tilt <= 0.025 and wild.bend <= 0.6 and wild.pitch <= 0.6 and wild.most_rise <= 1.3
 
 
 def test_one_page_counts_for_what_it_shows(hand):
@@ -106,6 +114,9 @@ def test_lines_lie_as_the_manner_says(manner):
     assert each["sag"].std() == pytest.approx(manner.bend, rel=0.1)
     assert each["sag"].mean() == pytest.approx(manner.bend_mean, abs=0.05)
     assert each["above"].std() == pytest.approx(manner.pitch, rel=0.1)
+    heights = each["above"]
+    memory = (heights[:, 1:] * heights[:, :-1]).mean() / np.square(heights).mean()
+    assert memory == pytest.approx(manner.pitch_memory, abs=0.06)
     assert all(abs(lie.slope) * REACH <= manner.most_rise + 1e-9 for page in pages for lie in page)
 
 

@@ -26,7 +26,7 @@ import handout
 from handout import atomic
 from handout.errors import InputError
 from handout.plotting import bed
-from handout.plotting.jobs.parts import Layers, PageLayer, arrange_layers, survey
+from handout.plotting.jobs.parts import Layers, PageLayer, PenTurn, arrange_layers, survey, without
 from handout.plotting.planning.hooking import part_strokes
 from handout.plotting.planning.order import shorten_travel
 from handout.plotting.planning.plan import Order
@@ -58,7 +58,15 @@ class Record(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     told: dict[str, Any]
 
 
-def keep(page: NewPage, folder: Path, number: int, profile: Plotter, layers: Layers, order: Order) -> Record:
+def keep(
+    page: NewPage,
+    folder: Path,
+    number: int,
+    profile: Plotter,
+    layers: Layers,
+    order: Order,
+    turns: Sequence[PenTurn] = (),
+) -> Record:
     """Write the drawing of page `number`, from 0, with its strokes in the order in which they are to be drawn.
 
     Raises DoesNotFit: it has strokes outside the bed.
@@ -67,17 +75,21 @@ def keep(page: NewPage, folder: Path, number: int, profile: Plotter, layers: Lay
         placed = bed.place(page.drawing.page, profile)
         for stroke in page.drawing.strokes:
             bed.check(placed.to_machine(stroke.xy), profile)
-    drawing = laid_out(page.drawing, profile, layers, order)
+    drawing = laid_out(page.drawing, profile, layers, order, turns)
     atomic.write(_drawing(folder, number), gzip.compress(to_json(drawing), 1))
-    moved = {"pen_up": drawing.pen_up, "duration": drawing.duration} if order == "travel" else {}
-    details = {name: moved.get(name, value) for name, value in page.told.items()}
-    return Record(survey(drawing, layers), page.share, details)
+    drawn, told = without(drawing, layers, turns), page.told
+    if told and (order == "travel" or drawn is not drawing):
+        told = {**told, "pen_up": drawn.pen_up, "duration": drawn.duration}
+        told |= {} if drawn is drawing else {"strokes": len(drawn.strokes), "pen_down": drawn.pen_down}
+    return Record(survey(drawing, layers), page.share, told)
 
 
-def laid_out(drawing: Drawing, profile: Plotter, layers: Layers, order: Order) -> Drawing:
+def laid_out(
+    drawing: Drawing, profile: Plotter, layers: Layers, order: Order, turns: Sequence[PenTurn] = ()
+) -> Drawing:
     """The drawing with its strokes as a job draws them: layer after layer, each by itself, and none with more ink than
     the pen has between two dips."""
-    drawing = part_strokes(arrange_layers(drawing, layers), profile.hooks.dip_every)
+    drawing = part_strokes(arrange_layers(drawing, layers, turns), profile.hooks.dip_every)
     if order == "writing" or not drawing.strokes:
         return drawing
     home = bed.place(drawing.page, profile).to_page(np.zeros((1, 2)))[0]

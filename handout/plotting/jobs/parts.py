@@ -11,8 +11,8 @@ import dataclasses
 import difflib
 import itertools
 import re
-from collections.abc import Callable, Iterator, Sequence
-from typing import Literal, NamedTuple
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from typing import Annotated, Literal, NamedTuple
 
 import msgspec
 import numpy as np
@@ -24,6 +24,30 @@ from handout.profiles import Plotter
 from handout.values import Array, Drawing, Stroke
 
 Layers = Literal["none", "name", "colour"]
+
+
+class PenTurn(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """What draws a layer, in the order of the turns; layers without one come behind these, in the drawing's order.
+
+    speed : times that of the plot; pen : what the person calls it, who changes none between layers that share one.
+    out : whether the layer is left out.
+    """
+
+    layer: Annotated[str, msgspec.Meta(max_length=200)]
+    speed: Annotated[float, msgspec.Meta(ge=0.05, le=20)] = 1.0
+    pen: Annotated[str, msgspec.Meta(max_length=60)] = ""
+    out: bool = False
+
+
+def turn_of(layer: str, turns: Sequence[PenTurn]) -> PenTurn:
+    """The turn of a layer."""
+    return next((turn for turn in turns if turn.layer == layer), PenTurn(layer))
+
+
+def in_turn(layers: Iterable[str], turns: Sequence[PenTurn]) -> list[str]:
+    """Layers in the order in which they are drawn; those that are left out come last."""
+    order = {turn.layer: number for number, turn in enumerate(turns)}
+    return sorted(layers, key=lambda name: (turn_of(name, turns).out, order.get(name, len(order))))
 
 
 class PlotPart(msgspec.Struct, frozen=True, array_like=True):
@@ -60,13 +84,20 @@ def layer_of(stroke: Stroke, layers: Layers) -> str:
     return {"none": "", "name": stroke.layer, "colour": stroke.colour}[layers]
 
 
-def arrange_layers(drawing: Drawing, layers: Layers) -> Drawing:
-    """The drawing with its strokes layer after layer, in the order in which the layers first occur."""
+def arrange_layers(drawing: Drawing, layers: Layers, turns: Sequence[PenTurn] = ()) -> Drawing:
+    """The drawing with its strokes layer after layer, `in_turn`, else in the order in which the layers first occur."""
     if layers == "none":
         return drawing
-    names = dict.fromkeys(layer_of(stroke, layers) for stroke in drawing.strokes)
+    names = in_turn(dict.fromkeys(layer_of(stroke, layers) for stroke in drawing.strokes), turns)
     strokes = tuple(stroke for name in names for stroke in drawing.strokes if layer_of(stroke, layers) == name)
     return dataclasses.replace(drawing, strokes=strokes)
+
+
+def without(drawing: Drawing, layers: Layers, turns: Sequence[PenTurn]) -> Drawing:
+    """The drawing without the layers that are left out; itself where none is."""
+    out = [turn.layer for turn in turns if turn.out]
+    strokes = tuple(stroke for stroke in drawing.strokes if layer_of(stroke, layers) not in out) if out else ()
+    return dataclasses.replace(drawing, strokes=strokes) if out else drawing
 
 
 def survey(drawing: Drawing, layers: Layers) -> tuple[PageLayer, ...]:
@@ -94,8 +125,10 @@ def words_of(strokes: Sequence[Stroke]) -> Iterator[list[Stroke]]:
         yield run
 
 
-def parts(pages: Sequence[Sequence[PageLayer]], copies: int = 1, every: float | None = None) -> list[PlotPart]:
-    """All parts of a job in order: copy after copy, page after page, layer after layer.
+def parts(
+    pages: Sequence[Sequence[PageLayer]], copies: int = 1, every: float | None = None, turns: Sequence[PenTurn] = ()
+) -> list[PlotPart]:
+    """All parts of a job in order: copy after copy, page after page, layer after layer, without those left out.
 
     Parameters
     ----------
@@ -109,7 +142,8 @@ def parts(pages: Sequence[Sequence[PageLayer]], copies: int = 1, every: float | 
     used: dict[str, float] = {}  # mm a pen has drawn since it was last looked at
     in_order: list[PlotPart] = []
     for copy, (page, layers) in itertools.product(range(copies), enumerate(pages)):
-        for layer in layers:
+        named = {layer.name: layer for layer in layers if not turn_of(layer.name, turns).out}
+        for layer in map(named.__getitem__, in_turn(named, turns)):
             if every is None:
                 in_order.append(PlotPart(page, copy, layer.name, layer.first, layer.ends[-1], sum(layer.ink)))
             else:
@@ -132,7 +166,9 @@ def _divide_layer(page: int, copy: int, layer: PageLayer, every: float, used: di
     yield PlotPart(page, copy, layer.name, first, begin, ink, checked)
 
 
-def list_requests(before: PlotPart | None, part: PlotPart, pages: int, layers: Sequence[str]) -> list[str]:
+def list_requests(
+    before: PlotPart | None, part: PlotPart, pages: int, layers: Sequence[str], turns: Sequence[PenTurn] = ()
+) -> list[str]:
     """What a person has to do before a part, each as one request.
 
     Parameters
@@ -144,8 +180,10 @@ def list_requests(before: PlotPart | None, part: PlotPart, pages: int, layers: S
     requests = []
     if before is not None and (before.copy, before.page) != (part.copy, part.page):
         requests.append(f"Put in sheet {part.copy * pages + part.page + 1}")
-    if len(layers) > 1 and (before is None or before.layer != part.layer):
-        requests.append(f"Put in the pen for {name_layer(part.layer)}")
+    pens = [turn_of(each.layer, turns).pen or name_layer(each.layer) for each in (before, part) if each is not None]
+    if len(layers) > 1 and len({*pens}) == (2 if before else 1):
+        named = turn_of(part.layer, turns).pen
+        requests.append(f"Put in {named}" if named else f"Put in the pen for {name_layer(part.layer)}")
     if part.checked:
         requests.append(f"The pen has drawn {part.checked / 1000:.1f} m: check it")
     return requests

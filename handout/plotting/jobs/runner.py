@@ -26,7 +26,7 @@ from handout.plotting.driver import Monitor, PlotReport, Progress, connect, draw
 from handout.plotting.jobs import store
 from handout.plotting.jobs.journal import PlotJournal
 from handout.plotting.jobs.pages import PageProducer
-from handout.plotting.jobs.parts import PlotPart, list_requests
+from handout.plotting.jobs.parts import PlotPart, list_requests, turn_of
 from handout.plotting.jobs.places import START, DrawnPlace, Milestones, find_place, onward, remaining
 from handout.plotting.jobs.store import PlotJob, load
 from handout.plotting.planning import hooking
@@ -232,7 +232,7 @@ class _JobRun:
                 before is None or (before.copy, before.page) != (part.copy, part.page)
             )
             if not journal.standing.begun:
-                for request in list_requests(before, part, self.job.pages, self.job.layers):
+                for request in list_requests(before, part, self.job.pages, self.job.layers, self.job.options.turns):
                     self.person.do(request)
                 journal.begin(number)
             self._draw_with_pauses(number, port, fresh, patience)
@@ -321,13 +321,14 @@ class _JobRun:
         whole = job.drawing(number)
         left = remaining(whole, journal.standing.place)
         profile = msgspec.structs.replace(controller.profile, bed=job.profile.bed)
+        speed, pace = job.options.speed, turn_of(job.parts[number].layer, job.options.turns).speed
         if not left.strokes:  # what comes after a page that is drawn, from its beginning
             last = dataclasses.replace(whole, strokes=whole.strokes[-1:])
-            closing = plan(last, profile, speed=job.options.speed, whole=(False, True)).after_page()
+            closing = plan(last, profile, speed=speed, pace=pace, whole=(False, True)).after_page()
             if closing is not None:
                 draw(closing, controller, port, job.profile, Monitor(log=self.log), fresh=False)
             return
-        planned = plan(left, profile, speed=job.options.speed, whole=self._whole(number))
+        planned = plan(left, profile, speed=speed, pace=pace, whole=self._whole(number))
         keeper = _Keeper(journal, whole, left, planned)
         monitor = Monitor(
             progress=self._progress(number, planned, keeper),

@@ -30,7 +30,7 @@ from handout.errors import InputError
 from handout.plotting.jobs import journal, pages
 from handout.plotting.jobs.journal import JobProgress, PlotJournal
 from handout.plotting.jobs.pages import NewPage, Record
-from handout.plotting.jobs.parts import Layers, PlotPart, parts
+from handout.plotting.jobs.parts import Layers, PenTurn, PlotPart, parts
 from handout.plotting.overlap import OVERLAP
 from handout.plotting.planning.plan import Order
 from handout.profiles import Plotter
@@ -44,7 +44,8 @@ class JobOptions(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_onl
 
     speed, order : as `planning.plan` takes them.
     overlap : mm of ink at most that may be drawn twice after an interruption.
-    copies : of all pages; layers : what makes a layer; pause_every : mm of ink after which a pen is looked at.
+    copies : of all pages; layers : what makes a layer; turns : what draws them, in which order.
+    pause_every : mm of ink after which a pen is looked at.
     """
 
     speed: float | Literal["fast"] = 1.0
@@ -52,6 +53,7 @@ class JobOptions(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_onl
     overlap: float = OVERLAP
     copies: int = 1
     layers: Layers = "none"
+    turns: tuple[PenTurn, ...] = ()
     pause_every: float | None = None
 
 
@@ -137,12 +139,12 @@ class PlotJob:
 
     def with_pages(self, records: list[Record]) -> PlotJob:
         """The job with these pages, and if it is `whole` with all copies of them."""
-        layers = [record.layers for record in records]
+        layers, copies = [record.layers for record in records], self.options.copies if self.whole else 1
         return dataclasses.replace(
             self,
             pages=len(records),
             layers=tuple(dict.fromkeys(layer.name for page in layers for layer in page)),
-            parts=tuple(parts(layers, self.options.copies if self.whole else 1, self.options.pause_every)),
+            parts=tuple(parts(layers, copies, self.options.pause_every, self.options.turns)),
             told=tuple(record.told for record in records),
             share=1.0 if self.whole else records[-1].share if records else 0.0,
         )
@@ -238,12 +240,13 @@ def begin(
         job = PlotJob(work, title, begun, port, profile, 0, (), options, (), inputs=inputs)
         records = []
         for number, page in enumerate(new_pages):
-            records.append(pages.keep(page, work, number, profile, options.layers, options.order))
+            records.append(pages.keep(page, work, number, profile, options.layers, options.order, options.turns))
             if not job.whole:
                 pages.enter(records[-1], work, number)
         job = job.with_pages(records)
         if job.whole and not job.parts:
-            raise InputError("There are no strokes: there is nothing to plot.")
+            left_out = "All layers are left out" if job.layers else "There are no strokes"
+            raise InputError(f"{left_out}: there is nothing to plot.")
         job.write()
         atomic.write(work / JOURNAL, b"")
         prune(base)
@@ -255,7 +258,8 @@ def add(job: PlotJob, number: int, page: NewPage) -> None:
 
     Raises InputError: the folder cannot be written. DoesNotFit: the page has strokes outside the bed.
     """
-    record = pages.keep(page, job.folder, number, job.profile, job.options.layers, job.options.order)
+    options = job.options
+    record = pages.keep(page, job.folder, number, job.profile, options.layers, options.order, options.turns)
     pages.enter(record, job.folder, number)  # after the drawing is on the disk: it never outlives that
 
 

@@ -15,6 +15,7 @@ from __future__ import annotations
 import dataclasses
 
 import numpy as np
+from msgspec import structs
 
 from handout.errors import InputError
 from handout.plotting import bed
@@ -37,6 +38,7 @@ def plan(
     *,
     speed: Speed = 1.0,
     order: Order = "writing",
+    pace: float = 1.0,
     whole: tuple[bool, bool] = (True, True),
 ) -> Plan:
     """Turn a drawing into motion within a machine's limits, at the speeds of the hand as far as it can keep them.
@@ -44,7 +46,8 @@ def plan(
     Parameters
     ----------
     speed : multiple of the speed of the drawing, or "fast": as fast as the machine can, as a drawing
-        without times is always drawn.
+        without times is always drawn; pace : times that speed, or where the machine is as fast as it can, times its
+        greatest with the pen down.
     order : "writing" keeps the order of the strokes; "travel" shortens the way between them: by moving whole words
         about, or in a drawing without times in any way.
     whole : whether the page begins with the drawing, and ends with it, for the hooks before and after a page.
@@ -54,7 +57,12 @@ def plan(
     """
     drawing = part_strokes(drawing, profile.hooks.dip_every)
     drawing = dataclasses.replace(drawing, strokes=_order_strokes(drawing, profile, speed, order))
-    speed = speed if drawing.timed else "fast"
+    if speed != "fast" and drawing.timed:
+        speed *= pace
+    else:
+        speed, most = "fast", profile.limits.draw_speed
+        limits = structs.replace(profile.limits, draw_speed=type(most)(most * min(pace, 1.0)))
+        profile = structs.replace(profile, limits=limits)
     placement = bed.place(drawing.page, profile)
     paths = [placement.to_machine(stroke.xy) for stroke in drawing.strokes]
     bed.check(np.concatenate(paths), profile)

@@ -2,6 +2,7 @@
 
 /** @import { Machines, Place, Plot, Show, Snapshot } from './types' */
 /** @typedef {Plot & {lies: NonNullable<Plot['lies']>}} Laid */
+/** @typedef {{layer: string, pen: string, speed: number, out: boolean}} Turn */
 /** @typedef {(quarters: number, x: number, y: number) => Promise<void>} Lay */
 import { follow, request, task, text as fetched } from './api.js';
 import { ARROWS, button, choice, field, guarded, h, machine as chosenMachine, more, refusal as refusals, s, say, tick } from './dom.js';
@@ -11,6 +12,7 @@ import { drawing } from './work.js';
 const STEPS = { 1: '1 mm', 10: '10 mm', 50: '50 mm' };
 const keep = (/** @type {object} */ values) => localStorage.setItem('handout-machine', JSON.stringify({ ...chosenMachine(), ...values }));
 const UNCHOSEN = 'Choose first where the plotter is connected; or the simulated one, which puts nothing on paper.';
+const minutes = (/** @type {number} */ seconds) => (!seconds ? '–' : seconds < 90 ? `${seconds} s` : seconds < 5400 ? `${Math.round(seconds / 60)} min` : `${(seconds / 3600).toFixed(1)} h`);
 const metres = (/** @type {number} */ mm) => `${(mm / 1000).toFixed(2)} m`;
 /** What it is called: its first words, whole ones. */
 const named = (/** @type {Plot} */ { title = '', job }) => (title.length > 36 ? `${title.replace(/\s+\S*$/, '')} …` : title) || job;
@@ -118,12 +120,37 @@ function movable(group, plot, lay) {
   });
 }
 
-/** The pens of a plot, in their order.  @param {Plot} plot */
-function pens(plot) {
-  if (!plot.pens || plot.pens.length < 2) return '';
+/** The pens of a plot in their order, each with what can be said of it; `turn` hears all of them.  @param {Plot} plot @param {boolean} now whether it is drawn at this moment @param {(pens: Turn[], focus: string) => any} turn */
+function pens(plot, now, turn) {
+  const all = plot.pens || [], begun = Boolean(plot.runs.length), fixed = now || plot.finished;
   const swatch = (/** @type {string} */ layer) => (/^#[0-9a-f]{6}$/i.test(layer) ? s('svg', { class: 'pen', viewBox: '0 0 2 1', 'aria-hidden': 'true' }, s('rect', { width: 2, height: 1, fill: layer })) : '');
-  return h('table', { class: 'pens' }, h('caption', {}, 'Pens, in turn: a machine waits for each, the simulated one does not'), h('thead', {}, h('tr', {}, ['Pen', 'Line', 'State'].map((label) => h('th', { scope: 'col' }, label)))),
-    h('tbody', {}, plot.pens.map((pen) => h('tr', {}, h('td', {}, swatch(pen.layer), ` ${pen.layer || 'the first'}`), h('td', {}, metres(pen.ink_mm)), h('td', {}, pen.drawn ? 'drawn' : pen.next ? 'its turn' : 'waits')))));
+  const rows = all.map((pen, at) => {
+    const called = pen.layer || 'the usual', name = (/** @type {string} */ what) => ({ 'aria-label': `${what}: ${called}`, disabled: fixed, 'data-what': `${what} ${pen.layer}` });
+    const say_ = (/** @type {Partial<Turn>} */ more, /** @type {string} */ what, to = at) => {
+      const others = all.map(({ layer, pen: own, speed, out }) => ({ layer, pen: own, speed, out })), [one] = others.splice(at, 1);
+      others.splice(to, 0, { ...one, ...more });
+      turn(others, `${what} ${pen.layer}`);
+    };
+    const speed = h('input', { type: 'number', min: 5, max: 2000, step: 5, value: Math.round(100 * pen.speed), ...name('Speed in percent'), onchange: () => { if (speed.reportValidity()) say_({ speed: Number(speed.value) / 100 }, 'Speed in percent'); } });
+    const own = h('input', { value: pen.pen, maxlength: 60, placeholder: pen.layer || 'any', ...name('Pen'), onchange: () => say_({ pen: own.value.trim() }, 'Pen') });
+    const move = h('button', { type: 'button', class: 'icon', ...name('Order'), disabled: fixed || begun, title: 'Drag it, or press the arrow keys',
+      onkeydown: (/** @type {KeyboardEvent} */ event) => {
+        const [, by] = ARROWS[event.key] ?? [0, 0];
+        if (by) { event.preventDefault(); say_({}, 'Order', Math.max(0, Math.min(all.length - 1, at + by))); }
+      },
+      onpointerdown: (/** @type {PointerEvent} */ event) => move.setPointerCapture(event.pointerId),
+      onpointerup: (/** @type {PointerEvent} */ event) => {
+        const to = rows.findIndex((row) => event.clientY < row.getBoundingClientRect().bottom);
+        if (to !== at) say_({}, 'Order', to < 0 ? all.length - 1 : to);
+      } }, '↕');
+    const draws = h('input', { type: 'checkbox', checked: !pen.out, ...name('Draw it'), disabled: fixed || begun, onchange: () => say_({ out: !draws.checked }, 'Draw it') });
+    const state_ = pen.out ? 'left out' : pen.drawn ? 'drawn' : begun && pen.next ? 'its turn' : 'waits';
+    return h('tr', { class: pen.out ? 'quiet' : undefined }, h('td', {}, all.length > 1 ? move : '', swatch(pen.layer), h('span', { class: pen.layer ? 'hex' : undefined }, ` ${called}`)), h('td', {}, own), h('td', {}, speed, ' %'), h('td', {}, draws),
+      h('td', {}, metres(pen.ink_mm)), h('td', {}, minutes(pen.seconds)), h('td', {}, state_));
+  });
+  return [h('p', { class: 'quiet small' }, all.length > 1 ? 'In this order: a machine waits for each pen, the simulated one does not. Inks whose pens are called the same share one.' : ''),
+    h('div', { class: 'wide-table', tabindex: 0, role: 'region', 'aria-label': 'Pens' }, h('table', { class: 'pens' },
+    h('thead', {}, h('tr', {}, ['Ink', 'Pen', 'Speed', 'Draw it', 'Line', 'About', ''].map((label) => h(label ? 'th' : 'td', label ? { scope: 'col' } : {}, label)))), h('tbody', {}, rows)))];
 }
 
 /** The bed with a sheet on it; `reach` shows how far the pen has come.  @param {HTMLElement} place @param {() => string} over @param {Lay} lay */
@@ -150,7 +177,7 @@ function bed(place, over, lay) {
     const stroke = at && strokes[at.stroke];
     nib?.toggleAttribute('hidden', !stroke);
     if (!stroke || !ghost || !nib) { ghost?.setAttribute('d', ''); return; }
-    const ms = at.time === null ? 0 : (at.time - parseFloat(stroke.getAttribute('data-t0') ?? '')) * 1000;
+    const ms = (at.time ?? 0) * 1000;
     ghost.setAttribute('d', ms > 0 ? writtenTo(stroke, ms) : '');
     alike(ghost, stroke);
     const end = ms > 0 ? ghost.getPointAtLength(ghost.getTotalLength()) : stroke.getPointAtLength(0);
@@ -172,7 +199,7 @@ export async function show(main, shared, [chosen]) {
   const gone = new AbortController();
   const refusal = refusals();
   const place = h('div', { class: 'bed' });
-  const list = h('ul', { class: 'list' });
+  const list = h('ul', { class: 'list' }), penned = h('details', { class: 'penned' });
   const told = h('div', { class: 'told', 'aria-live': 'polite', tabindex: 0, role: 'region', 'aria-label': 'What is told' });
   const bar = h('progress', { max: 1, value: 0, 'aria-label': 'Drawn' });
   const question = h('p', { class: 'asked', role: 'alert' });
@@ -207,6 +234,20 @@ export async function show(main, shared, [chosen]) {
     refusal.textContent = wrong;
     if (focused) /** @type {SVGElement | null} */ (place.querySelector('.movable'))?.focus();
   }
+  /** The pens are these, in this order; the control that said so keeps the focus.  @param {Turn[]} all @param {string} focus */
+  async function turnPens(all, focus) {
+    let wrong = '';
+    await request('PUT', `/api/plots/${plot.job}/pens`, { pens: all }).catch((/** @type {Error} */ error) => { wrong = error.message; });
+    await choose(plot.job);
+    refusal.textContent = wrong;
+    /** @type {HTMLElement | null} */ (penned.querySelector(`[data-what="${CSS.escape(focus)}"]`))?.focus();
+  }
+  function tabled() {
+    const many = (plot.pens || []).length;
+    if (penned.dataset.job !== plot.job) { penned.dataset.job = plot.job; penned.open = many > 1; }
+    penned.hidden = !many || plot.finished && many < 2;
+    penned.replaceChildren(h('summary', {}, many > 1 ? `${many} pens` : 'Pen and speed'), ...pens(plot, Boolean(running), turnPens));
+  }
   /** A quarter to the left about its middle, as far as the bed goes. */
   async function turned() {
     const [left, top, right, low] = edges(plot), [wide, high] = plot.bed, [width, height] = [low - top, right - left];
@@ -216,7 +257,7 @@ export async function show(main, shared, [chosen]) {
   async function forget() {
     await request('DELETE', `/api/plots/${plot.job}`);
     say(`Deleted “${named(plot)}”.`);
-    plot = /** @type {any} */ (null); view.forget(); place.replaceChildren(); told.replaceChildren(); controls();
+    plot = /** @type {any} */ (null); view.forget(); for (const one of [place, told, penned]) one.replaceChildren(); controls();
     await listed();
   }
   function controls() {
@@ -236,10 +277,12 @@ export async function show(main, shared, [chosen]) {
   /** Follow a plot that is drawn until it has ended, or this page is left.  @param {string} id */
   async function watch(id) {
     running = id;
+    tabled();
     let last = /** @type {Snapshot | null} */ (null);
     controls();
     try {
       for await (const snapshot of follow(id, gone.signal)) {
+        if (snapshot.live?.question !== live.question) { plot = await request('GET', `/api/plots/${plot.job}`); tabled(); } // another pen's turn, perhaps
         last = snapshot; live = snapshot.live || {};
         bar.value = snapshot.share || bar.value;
         controls();
@@ -268,10 +311,11 @@ export async function show(main, shared, [chosen]) {
     bar.value = plot.drawn_mm / Math.max(plot.pen_down_mm, 1e-9);
     view.forget();
     if (!plot.finished) devices.device.value = plot.device;
-    sentences(`“${named(plot)}”: ${plot.sheets} ${plot.sheets === 1 ? 'sheet' : 'sheets'}, ${metres(plot.pen_down_mm)} of line.`,
+    const left_ = (plot.pens || []).reduce((sum, pen) => sum + pen.seconds, 0);
+    sentences(`“${named(plot)}”: ${plot.sheets} ${plot.sheets === 1 ? 'sheet' : 'sheets'}, ${metres(plot.pen_down_mm)} of line${left_ ? `, about ${minutes(left_)}${plot.runs.length ? ' in all' : ''}` : ''}.`,
       plot.outlook && plot.runs.length ? plot.outlook : '', plot.lies?.turned ? `The sheet lies with its top edge ${plot.lies.turned.replace('the reader', 'you')}.` : '', canBeLaid(plot) ? 'Drag the sheet to where it lies on the bed.' : '',
       plot.stopped && !plot.finished ? `It ended: ${plot.stopped}.` : '');
-    told.append(pens(plot));
+    tabled();
     controls();
     await view.show(plot, plot.place);
     if (plot.task && running !== plot.task) watch(plot.task);
@@ -293,7 +337,7 @@ export async function show(main, shared, [chosen]) {
   main.append(h('div', { class: 'jobs' },
     h('div', { class: 'column' }, h('h1', { class: 'hidden' }, 'Plotter'), h('section', { class: 'panel' }, h('h2', {}, 'To be drawn'), list), devices.element),
     h('section', { class: 'desk', 'aria-label': 'The bed' }, h('div', { class: 'tools' }, start, on, pause, stop, turn, zeroLabel, rest),
-      h('div', { class: 'asks' }, refusal, question), bar, place, told)));
+      h('div', { class: 'asks' }, refusal, question), bar, place, told, penned)));
   controls();
   const { plots, drawn } = await listed();
   const first = plots.find((one) => one.job === chosen) || plots.find((one) => one.job in drawn) || plots.find((one) => !one.finished);

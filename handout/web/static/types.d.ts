@@ -24,7 +24,7 @@ export type Done = Omit<Snapshot, 'facts'> & { facts: Written };
 export type Plot = {
   job: string; title?: string; device: string; sheets: number; pen_down_mm: number; drawn_mm: number; finished: boolean; stopped?: string; outlook?: string; task?: string;
   runs: unknown[]; place: Place | null; bed: Point; page: Point; lies?: { matrix: number[]; zero: Point; quarters: number; turned?: string };
-  pens?: { layer: string; ink_mm: number; drawn: boolean; next: boolean }[];
+  pens?: { layer: string; pen: string; speed: number; out: boolean; ink_mm: number; seconds: number; drawn: boolean; next: boolean }[];
 };
 export type Batch = {
   batch: string; title: string; state: 'new' | 'proofed' | 'approved' | 'broken off' | 'done'; to: 'pdf' | 'printer' | 'plotter'; printer?: string; queues: string[]; count: number; rows: Row[]; left_out: number[]; letters: boolean; envelopes: boolean;
