@@ -10,12 +10,15 @@ Indices = NDArray[np.intp]
 
 def number_pieces(edges: Indices, count: int) -> Indices:
     """(count,) int, from 0: number of the connected piece of every vertex; `edges` : (m, 2) int, each pair once."""
-    from scipy.sparse import coo_matrix
-    from scipy.sparse.csgraph import connected_components
-
-    a, b = edges.T
-    joined = coo_matrix((np.ones(len(a), dtype=np.int8), (a, b)), shape=(count, count))
-    return np.asarray(connected_components(joined, directed=False)[1], dtype=np.intp)
+    label, (a, b) = np.arange(count), edges.T
+    while True:
+        # every piece that meets one of a lower number joins it, and what has joined it comes after
+        low, high = np.minimum(label[a], label[b]), np.maximum(label[a], label[b])
+        if (low == high).all():
+            return np.asarray(np.unique(label, return_inverse=True)[1], dtype=np.intp)
+        np.minimum.at(label, high, low)
+        while ((then := label[label]) < label).any():
+            label = then
 
 
 def branches(edges: Indices, count: int) -> tuple[Indices, ...]:

@@ -161,14 +161,11 @@ def misread_letters(seen: Sequence[Array], words: Sequence[str]) -> list[list[fl
 
     Of a picture that is too narrow for its word, which is not read letter by letter, all are an even chance.
     """
-    found = list[list[float]]()
-    for word, reading in zip(words, pictures.load().read_all(seen), strict=True):
-        try:
-            labels = reading.labels(word)
-            found.append((1.0 - reading.shares(labels)[np.arange(len(labels)), labels]).tolist())
-        except ValueError:
-            found.append([0.5] * len(word))
-    return found
+    readings = pictures.load().read_all(seen)
+    labels = [reading.labels(word) for reading, word in zip(readings, words, strict=True)]
+    shares = pictures.letter_shares(readings, labels)
+    right = [share[np.arange(len(own)), own] for share, own in zip(shares, labels, strict=True)]
+    return [np.where(np.isnan(share), 0.5, 1.0 - share).tolist() for share in right]
 
 
 def usual_surprise(surprises: Array, letters: Sequence[str], alone: NDArray[np.bool_]) -> Array:

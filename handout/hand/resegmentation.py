@@ -245,7 +245,7 @@ def _line(page: ScannedPage, window: _ChangedWindow) -> LineGraph:
 
 def _with_matte(page: ScannedPage, window: _ChangedWindow) -> ScannedPage:
     """The page with the ink of a window as the scan has it, where that changed."""
-    from handout.scanning.matting import fill_textured, least_opaque
+    from handout.scanning.matting import fill_smooth, least_opaque
 
     assert page.scan is not None
     halo = _SETTINGS.halo / page.pixel
@@ -253,7 +253,7 @@ def _with_matte(page: ScannedPage, window: _ChangedWindow) -> ScannedPage:
     zone = _grow_mask(window.changed_mask, 2 * halo)
     rgb = page.scan.part(window.rows, window.columns)
     hole = near | _grow_mask(window.before, halo)
-    paper = fill_textured(rgb, hole.astype(np.uint8), round(_SETTINGS.room))
+    paper = fill_smooth(rgb, hole.astype(np.uint8))
     usual = window.pen.colour_on(rgb[~hole])
     limit = np.minimum if usual.sum() > np.median(paper.reshape(-1, 3), axis=0).sum() else np.maximum
     inside = zone & near

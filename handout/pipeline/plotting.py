@@ -413,9 +413,13 @@ def _read_turns(plotting: PlotOptions) -> tuple[parts.PenTurn, ...]:
         told = {word.partition("=")[0]: word.partition("=")[2].strip("\"'") for word in rest}
         try:
             speed = float(told.get("speed", "100%").removesuffix("%")) / 100
-            turns.append(msgspec.convert(parts.PenTurn(name, speed, told.get("pen", ""), "out" in told), parts.PenTurn))
+            turn = {"layer": name, "speed": speed, "pen": told.get("pen", ""), "out": "out" in told}
+            if math.isnan(speed):
+                raise ValueError("no speed")
+            turns.append(msgspec.convert(turn, parts.PenTurn))
         except (ValueError, msgspec.ValidationError) as error:
-            raise InputError(f"--layer {text}: write its name, and after commas speed=50%, pen=red or out.") from error
+            way = "write its name, and after commas speed=50% (5% to 2000%), pen=red (60 characters) or out"
+            raise InputError(f"--layer {text}: {way}.") from error
     return tuple(turns)
 
 

@@ -18,6 +18,7 @@ from handout.values import Array, Indices
 
 BLANK = 0  # the label that stands for none
 _NEVER = -np.inf
+_TOGETHER = 32  # texts whose edits are worked out at once: their runs stay in the processor's cache
 
 
 @dataclass(frozen=True)
@@ -90,42 +91,82 @@ def edits(log_posteriors: Array, labels: Sequence[int]) -> Array:
     """(2 · letters + 1, classes): log probability of every text that is an edit away.
 
     Row 2k + 1 has letter k replaced by each class, or left out for the blank; row 2k has each class put in before it.
-    Source: own method, from the same variables.
     """
-    states = _states(labels, log_posteriors.shape[1])
-    count, classes = len(states), log_posteriors.shape[1]
-    if len(log_posteriors) == 0:
-        return np.full((count, classes), _NEVER)
-    seen = log_posteriors[:, states]
-    both = np.stack([seen, seen[::-1, ::-1]], axis=1)
-    ahead, behind = np.moveaxis(_forward(both, np.stack([_skips(states), _skips(states[::-1])])), 1, 0)
-    behind = behind[::-1, ::-1]
-    at = np.arange(count)
-    is_letter = at % 2
-    # states of the blank and of the letter before what is new, and after it
-    blank, letter, blank_on, letter_on = at - is_letter, at - 1 - is_letter, at + is_letter, at + 1 + is_letter
-    first, last = letter < 0, letter_on >= count
-    # from what was read of the text before each step, and to what is read after it: by way of the blank, or of both;
-    # a neighbour that equals what is new is parted from it by a blank
-    ways = list[Array]()
-    for there, parting, near, none in ((ahead[:-1], blank, letter, first), (behind[1:], blank_on, letter_on, last)):
-        at = np.clip(near, 0, count - 1)
-        unlike = np.arange(classes) != np.where(none, -1, states[at])[:, None]
-        either = np.logaddexp(there[:, parting], np.where(none, _NEVER, there[:, at]))
-        ways.append(np.where(unlike, either[..., None], there[:, parting][..., None]))
-    enter, leave = ways
-    runs = np.empty((len(log_posteriors), count, classes))
-    runs[0] = np.where(first, 0.0, _NEVER)[:, None] + log_posteriors[0]
-    for step, row in enumerate(log_posteriors[1:]):
-        runs[step + 1] = np.logaddexp(runs[step], enter[step]) + row
-    runs[:-1] += leave
-    runs[-1] += np.where(last, 0.0, _NEVER)[:, None]
-    most = np.maximum(runs.max(axis=0), np.finfo(np.float64).min)
+    return edits_of([log_posteriors], [labels])[0]
+
+
+def edits_of(log_posteriors: Sequence[Array], labels: Sequence[Sequence[int]]) -> list[Array]:
+    """`edits` of some texts, those of about as many steps at once.  Source: own method, from the same variables."""
+    found, order = dict[int, Array](), sorted(range(len(labels)), key=lambda k: len(log_posteriors[k]))
+    for begin in range(0, len(order), _TOGETHER):
+        some = order[begin : begin + _TOGETHER]
+        found |= zip(some, _edits([log_posteriors[k] for k in some], [labels[k] for k in some]), strict=True)
+    return [found[k] for k in range(len(labels))]
+
+
+def _edits(log_posteriors: Sequence[Array], labels: Sequence[Sequence[int]]) -> list[Array]:
+    classes, most = log_posteriors[0].shape[1], len(log_posteriors[-1])
+    states = [_states(own, classes) for own in labels]
+    seen = [logs[:, own] for logs, own in zip(log_posteriors, states, strict=True)]
+    ahead, behind = _forward_of(seen, states), _forward_of([one[::-1, ::-1] for one in seen], [s[::-1] for s in states])
+    wide = max(map(len, states))
+    # of each step and state: how what is new is come to and gone on from, from and to unlike letters, and like ones
+    ways = np.full((4, most, len(labels), wide), _NEVER)
+    beside, likeliest = np.full((2, len(labels), wide), -1), np.zeros((most, len(labels)))
+    probable = np.zeros((most, len(labels), classes))
+    for k, (logs, own) in enumerate(zip(log_posteriors, states, strict=True)):
+        steps, at, is_letter = len(logs), np.arange(len(own)), np.arange(len(own)) % 2
+        # states of the blank and of the letter before what is new, and after it
+        near = (ahead[k][:-1], -1), (behind[k][::-1, ::-1][1:], 1)
+        for side, (there, on) in enumerate(near if steps else ()):
+            blank, letter = at + on * is_letter, at + on * (1 + is_letter)
+            none, letter = (letter < 0) | (letter >= len(own)), np.clip(letter, 0, len(own) - 1)
+            beside[side, k, at] = np.where(none, -1, own[letter])
+            both = ways[2 * side : 2 * side + 2, :steps, k, : len(own)]
+            both[:, -side] = np.where(none, 0.0, _NEVER)
+            # by way of the blank, or of both; a neighbour that equals what is new is parted from it by a blank
+            both[1, 1 - side : steps - side] = there[:, blank]
+            both[0, 1 - side : steps - side] = np.logaddexp(there[:, blank], np.where(none, _NEVER, there[:, letter]))
+        likeliest[:steps, k] = logs.max(axis=1)
+        probable[:steps, k] = np.exp(logs - likeliest[:steps, k, None])
+    totals = _runs(ways, beside, probable, likeliest)
+    for total, text, first, last in zip(totals, labels, ahead, behind, strict=True):
+        total[::2, BLANK] = _NEVER
+        for number in range(len(text) if len(first) else 0):
+            total[2 * number + 1, BLANK] = _probability_without(number, text, first, last[::-1, ::-1])
+    return [total[: len(own)] for total, own in zip(totals, states, strict=True)]
+
+
+def _runs(ways: Array, beside: Indices, probable: Array, likeliest: Array) -> Array:
+    """(n, states, classes): log probability of all ways with one run of any class in the place of each state.
+
+    Probabilities, not their logarithms, are added step by step, which takes a fifth of the time; each state's are
+    shares of the most that any of them can have been by then.
+    """
+    before = np.cumsum(likeliest, axis=0) - likeliest
+    most = np.maximum.accumulate(ways[0] - before[:, :, None], axis=0)
+    bound = np.where(np.isneginf(most), 0.0, most)
+    held = np.exp(np.concatenate([most[:1], most[:-1]]) - bound)
+    enter, enter_like = np.exp(ways[:2] - before[:, :, None] - bound)
+    leave = ways[2:] + (before + likeliest)[:, :, None] + bound
+    scale = leave[0].max(axis=0, initial=_NEVER)
+    scale = np.where(np.isneginf(scale), 0.0, scale)
+    leave, leave_like = np.exp(leave - scale)
+    rows = np.indices(scale.shape)
+    (entered, came), (left, goes) = (((rows[0][of >= 0], rows[1][of >= 0]), of[of >= 0]) for of in beside)
+    run = np.zeros((*scale.shape, probable.shape[2]))
+    total, run_like, total_like = np.zeros_like(run), np.zeros(len(came)), np.zeros(len(goes))
+    for step, row in enumerate(probable):
+        run *= held[step][..., None]
+        run_like = (run_like * held[step][entered] + enter_like[step][entered]) * row[entered[0], came]
+        run += enter[step][..., None]
+        run *= row[:, None]
+        run[(*entered, came)] = run_like
+        total += run * leave[step][..., None]
+        total_like += run[(*left, goes)] * leave_like[step][left]
+    total[(*left, goes)] = total_like
     with np.errstate(divide="ignore"):  # of texts that are too long for the steps
-        total: Array = most + np.log(np.exp(runs - most).sum(axis=0))
-    total[::2, BLANK] = _NEVER
-    total[1::2, BLANK] = [_probability_without(k, labels, ahead, behind) for k in range(len(labels))]
-    return total
+        return np.asarray(np.log(total) + scale[..., None])
 
 
 def _probability_without(number: int, labels: Sequence[int], ahead: Array, behind: Array) -> float:

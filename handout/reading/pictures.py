@@ -156,8 +156,8 @@ class PictureReading:
         """
         logs, groups = self.grouped
         labels = _labels(text, groups)
-        shares, names = self.shares(labels), ["", *groups]
         borders = ctc.alignment(logs, labels) * STEP - MARGIN
+        shares, names = letter_shares([self], [labels])[0], ["", *groups]
         return tuple(
             ReadLetter(
                 letter,
@@ -168,21 +168,6 @@ class PictureReading:
             )
             for letter, (left, right), share, label in zip(text, borders, shares, labels, strict=True)
         )
-
-    def shares(self, labels: Sequence[int]) -> Array:
-        """(letters, groups + 1): how probably each group, or none, stands in the place of each letter of a text.
-
-        labels : of the text.
-
-        Raises ValueError: the picture is too narrow for the text.
-        """
-        edits = ctc.edits(self.grouped[0], labels)
-        each, more = edits[1::2], np.logaddexp.reduce(edits[::2], axis=1)
-        if len(labels) and np.isneginf(each[0, labels[0]]):
-            raise ValueError(f"{len(self.logits)} steps are too few for {len(labels)} letters")
-        # a letter too many is either neighbour's as likely
-        beside = np.logaddexp(more[:-1], more[1:]) + np.log(0.5)
-        return np.asarray(np.exp(each - np.logaddexp(np.logaddexp.reduce(each, axis=1), beside)[:, None]))
 
 
 @dataclass(frozen=True, eq=False)
@@ -316,6 +301,23 @@ def log_probabilities(readings: Sequence[PictureReading], texts: Sequence[str]) 
     """(n,) `PictureReading.log_probability` of some readings, all at once."""
     labels = [reading.labels(text) for reading, text in zip(readings, texts, strict=True)]
     return ctc.log_probabilities([reading.grouped[0] for reading in readings], labels)
+
+
+def letter_shares(readings: Sequence[PictureReading], labels: Sequence[Sequence[int]]) -> list[Array]:
+    """Of each reading (letters, groups + 1): how probably each group, or none, stands in the place of each letter.
+
+    labels : of the text of each; nan where its picture is too narrow for that.
+    """
+    found = list[Array]()
+    for edits, own in zip(ctc.edits_of([reading.grouped[0] for reading in readings], labels), labels, strict=True):
+        each, more = edits[1::2], np.logaddexp.reduce(edits[::2], axis=1)
+        if len(own) and np.isneginf(each[0, own[0]]):
+            found.append(np.full(each.shape, np.nan))
+            continue
+        # a letter too many is either neighbour's as likely
+        beside = np.logaddexp(more[:-1], more[1:]) + np.log(0.5)
+        found.append(np.exp(each - np.logaddexp(np.logaddexp.reduce(each, axis=1), beside)[:, None]))
+    return found
 
 
 def known(text: str) -> bool:

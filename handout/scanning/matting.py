@@ -21,8 +21,6 @@ from handout.summary import one_line
 
 _GROW = 0.34  # mm: 4 pixels at 300 dpi, 8 at 600
 _EDGE = 0.085  # mm: 1 pixel at 300 dpi, twice the deviation of a flatbed's blur
-_WINDOW = 400  # pixels: side of the windows that `fill_textured` fills
-_RADIUS = 3.0  # pixels, of Telea's method
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,22 +104,3 @@ def fill_smooth(rgb: NDArray[np.uint8], hole: NDArray[np.uint8]) -> NDArray[np.u
         level[filled_cells == 0] = wide[filled_cells == 0]
         filled = level
     return np.asarray(np.rint(filled), dtype=np.uint8)
-
-
-def fill_textured(rgb: NDArray[np.uint8], hole: NDArray[np.uint8], margin: int) -> NDArray[np.uint8]:
-    """The picture with its holes filled so that lines go on through them (Telea, 2004), window by window."""
-    import cv2
-
-    paper = rgb.copy()
-    height, width = hole.shape
-    for top in range(0, height, _WINDOW):
-        for left in range(0, width, _WINDOW):
-            inner = slice(top, min(top + _WINDOW, height)), slice(left, min(left + _WINDOW, width))
-            if not hole[inner].any():
-                continue
-            outer = tuple(slice(max(0, s.start - margin), s.stop + margin) for s in inner)
-            filled = cv2.inpaint(rgb[outer], hole[outer], _RADIUS, cv2.INPAINT_TELEA)
-            y, x = (s.start - o.start for s, o in zip(inner, outer, strict=True))
-            inner_fill = filled[y : y + inner[0].stop - top, x : x + inner[1].stop - left]
-            paper[inner][hole[inner] > 0] = inner_fill[hole[inner] > 0]
-    return paper

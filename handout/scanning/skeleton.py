@@ -48,7 +48,12 @@ def skeleton(ink: NDArray[np.bool_]) -> tuple[Array, Indices]:
 
     y, x = np.nonzero(skeletonize(ink))  # type: ignore[no-untyped-call]
     xy = np.stack([x, y], axis=1).astype(np.float64)
-    return _merge_junctions(xy, _neighbours(y, x, ink.shape))
+    # the graph with each cluster of touching pixels that have three or more neighbours merged to one vertex
+    edges = _neighbours(y, x, ink.shape)
+    degree = np.bincount(edges.ravel(), minlength=len(xy))
+    group = number_pieces(edges[(degree[edges] >= 3).all(axis=1)], len(xy))
+    centre = np.stack([np.bincount(group, xy[:, k]) / np.bincount(group) for k in (0, 1)], axis=1)
+    return centre, unique_edges(group[edges])
 
 
 def without_spurs(xy: Array, edges: Indices, inside: NDArray[np.float32]) -> tuple[Array, Indices]:
@@ -82,14 +87,6 @@ def _neighbours(y: Indices, x: Indices, shape: tuple[int, int]) -> Indices:
             touching &= (look_at(0, dx) < 0) & (look_at(dy, 0) < 0)
         pairs.append(np.stack([np.flatnonzero(touching), other[touching]], axis=1))
     return np.concatenate(pairs)
-
-
-def _merge_junctions(xy: Array, edges: Indices) -> tuple[Array, Indices]:
-    """The graph with each cluster of touching pixels that have three or more neighbours merged to one vertex."""
-    degree = np.bincount(edges.ravel(), minlength=len(xy))
-    group = number_pieces(edges[(degree[edges] >= 3).all(axis=1)], len(xy))
-    centre = np.stack([np.bincount(group, xy[:, k]) / np.bincount(group) for k in (0, 1)], axis=1)
-    return centre, unique_edges(group[edges])
 
 
 def unique_edges(edges: Indices) -> Indices:

@@ -14,7 +14,7 @@ from handout.networks import one_thread
 from handout.progress import Tell, silent
 from handout.tagging import network
 from handout.tagging.decoder import Decoded
-from handout.tagging.line_space import LineFrame, LineStrip, frames, strips
+from handout.tagging.line_space import LineFrame, LineStrip, straight_lines
 from handout.tagging.network import RectifierNetwork
 from handout.tagging.segmentation import PageReader, by_segments, confidence, page_reader
 from handout.tagging.transcript import TranscriptLine, read_transcript
@@ -141,8 +141,9 @@ def text_fit(strips: Sequence[LineStrip], lines: Sequence[TranscriptLine], rng: 
 
 def transcript_fit(page: WrittenPage, transcript: str, rng: np.random.Generator) -> float:
     """How well a text explains a page's lines, weighted by its letters; 0 where `align` would refuse it."""
-    straightened = strips(page.mask.ink, frames(page)) if page.text_lines.lines else []
-    found = _fits_of_text(straightened, read_transcript(transcript), rng) if straightened else []
+    found = _fits_of_text(
+        straight_lines(page.mask.ink, page.text_lines, page.scan.pixel), read_transcript(transcript), rng
+    )
     fits, weights = [fit for fit, _ in found], [count for _, count in found]
     refused = median_fit([fit for fit, count in found if count]) < REFUSED
     return 0.0 if refused else float(np.average(fits, weights=weights))
@@ -152,6 +153,8 @@ def _fits_of_text(
     strips: Sequence[LineStrip], lines: Sequence[TranscriptLine], rng: np.random.Generator
 ) -> list[tuple[float, int]]:
     """How well the text of each line fits it, and how many letters that is; 0 where it has none."""
+    if not strips:
+        return []
     reader = page_reader([strip.image for strip in strips], network.load_networks())
     parts, fits = assigned_to_lines(reader, lines, rng)
     counts = [len(part.letters) - part.letters.count(SPACE) for part in parts]
@@ -271,8 +274,14 @@ def align(
 
     Raises InputError: an empty transcript, a page without lines, or the transcript of another page.
     """
-    straightened = strips(page.mask.ink, frames(page)) if page.text_lines.lines else []
-    return align_strips(straightened, transcript, method=method, rng=rng, networks=networks, tell=tell)
+    return align_strips(
+        straight_lines(page.mask.ink, page.text_lines, page.scan.pixel),
+        transcript,
+        method=method,
+        rng=rng,
+        networks=networks,
+        tell=tell,
+    )
 
 
 @one_thread

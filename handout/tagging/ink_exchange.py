@@ -221,10 +221,12 @@ class InkExchange:
 
     def _count_tears(self, offer: _Offer) -> int:
         """At how many places more the pen's line is cut between two letters once an offer is made."""
-        owners = self.letter.copy()
-        owners[offer.vertices] = NOBODY
-        beside = owners[self._graph[offer.vertices].indices]
-        return int((beside == offer.giver).sum() - (beside == offer.taker).sum())
+        first, end = self._graph.indptr[offer.vertices], self._graph.indptr[offer.vertices + 1]
+        edges = np.repeat(end - np.cumsum(end - first), end - first) + np.arange((end - first).sum())
+        beside = self._graph.indices[edges]
+        owners = self.letter[beside]
+        kept = (owners == offer.giver) & ~np.isin(beside, offer.vertices)
+        return int(kept.sum() - (owners == offer.taker).sum())
 
     def _make(self, offer: _Offer) -> None:
         self.letter[offer.vertices] = offer.taker
@@ -292,18 +294,18 @@ class InkExchange:
 
     def _make_offers(self, giver: int, taker: int) -> Iterator[_Offer]:
         own = self._sets[giver]
-        inner = self._graph[own][:, own]
+        rows = self._graph[own]
+        inner = rows[:, own]
         most = (1 - SETTINGS.kept) * self._length[own].sum()
         chosen: set[bytes] = set()
-        for part in (*self._find_near_contact(own, inner, taker), *self._pieces(own, inner, taker)):
+        for part in (*self._find_near_contact(own, rows, inner, taker), *self._pieces(own, inner, taker)):
             vertices = own[part]
             if 0 < len(vertices) < len(own) and self._length[vertices].sum() <= most and part.tobytes() not in chosen:
                 chosen.add(part.tobytes())
                 yield _Offer(giver, taker, vertices)
 
-    def _find_near_contact(self, own: Indices, inner: csr_matrix, taker: int) -> Iterator[Array]:
+    def _find_near_contact(self, own: Indices, rows: csr_matrix, inner: csr_matrix, taker: int) -> Iterator[Array]:
         """(k,) bool: what lies near the places where a letter meets its taker."""
-        rows = self._graph[own]
         meets = np.flatnonzero(np.add.reduceat(np.r_[self.letter[rows.indices] == taker, False], rows.indptr[:-1]) > 0)
         touching = bool(len(meets))
         if not touching:

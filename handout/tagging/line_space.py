@@ -14,6 +14,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -185,6 +186,16 @@ class LineStrip:
 
     image: Image
     frame: LineFrame
+
+
+_straight: WeakKeyDictionary[TextLines, list[LineStrip]] = WeakKeyDictionary()
+
+
+def straight_lines(ink: NDArray[np.bool_], text_lines: TextLines, pixel: float) -> list[LineStrip]:
+    """`strips` of the lines that were found in some ink, of pixels of `pixel` mm, each page's once; none of none."""
+    if text_lines not in _straight:
+        _straight[text_lines] = strips(ink, frames_of(text_lines, pixel)) if text_lines.lines else []
+    return _straight[text_lines]
 
 
 def strips(mask: NDArray[np.bool_], frames: Sequence[LineFrame]) -> list[LineStrip]:

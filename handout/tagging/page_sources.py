@@ -43,7 +43,7 @@ from handout.scanning.page_layout import Gutter, find_gutter
 from handout.scanning.text_lines import TextLines, find_text_lines
 from handout.scanning.written_page import Inked
 from handout.tagging.alignment import REFUSED, refusal, text_breadth, text_fit
-from handout.tagging.line_space import frames_of, strips
+from handout.tagging.line_space import straight_lines
 from handout.tagging.transcript import TranscriptLine, read_transcript
 
 _NAMED_PAGES = re.compile(r"(?P<path>.+):(?P<first>\d+)(?:-(?P<last>\d+))?")
@@ -391,7 +391,7 @@ def find_turn(inked: Inked, transcript: str, rng: np.random.Generator) -> int:
         return 0
     gutter, breadth = find_gutter(ink, dpi), 1.0
     if inked.text_lines.lines:  # of the page's letters against the usual ones if this were its text
-        straight = strips(inked.mask.ink, frames_of(inked.text_lines, inked.prepared.scan.pixel))
+        straight = straight_lines(inked.mask.ink, inked.text_lines, inked.prepared.scan.pixel)
         breadth = text_breadth(straight, lines)
     # lines of two pages, or of another amount of text, may be those of a page that lies on its side, and no others
     sideways_only = gutter is not None or not _MUCH <= breadth <= _LITTLE
@@ -416,9 +416,7 @@ def page_fit(
     ink: NDArray[np.bool_], dpi: float, text_lines: TextLines, lines: Sequence[TranscriptLine], rng: np.random.Generator
 ) -> float:
     """How well a text fits the written lines of a page: as `alignment.text_fit`; 0 without lines."""
-    if not text_lines.lines:
-        return 0.0
-    return text_fit(strips(ink, frames_of(text_lines, 25.4 / dpi)), lines, rng)
+    return text_fit(straight_lines(ink, text_lines, 25.4 / dpi), lines, rng)
 
 
 def _best(

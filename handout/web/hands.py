@@ -34,7 +34,7 @@ def name_of(request: Request) -> str:
 def find_upload(studio: Studio, key: str, *suffixes: str) -> Path:
     """The file of an upload; HTTPException where there is none, or none of these kinds."""
     upload = studio.uploads.get(key)
-    if upload is None:
+    if upload is None or not upload.path.exists():
         raise HTTPException(422, f"The file {key} that was to be used is not here: send it again.")
     if suffixes and upload.path.suffix not in suffixes:
         raise HTTPException(422, f"{upload.name} is no {' or '.join(suffixes)} file.")

@@ -130,7 +130,7 @@ class PhoneDoor:
         try:
             if len(self._task.live["photographs"]) >= _MOST:
                 raise HTTPException(409, f"{_MOST} photographs wait at the computer: read them there first.")
-            key = await take_file(self._studio, request, (*PICTURES, ".heic", ".heif"))
+            key = await take_file(self._studio, request, (*PICTURES, ".heic", ".heif"), kept=True)
         except HTTPException as error:
             if error.status_code in (409, 422):
                 async for _ in request.stream():  # a phone that is cut off while it sends does not hear why

@@ -16,7 +16,7 @@ from typing import Any
 
 from starlette.exceptions import HTTPException
 
-from handout import atomic
+from handout import atomic, shipped
 from handout.web.worker import HALTS, Call
 from handout.web.workers import Lane, LaneFull, Task
 
@@ -30,6 +30,7 @@ _MOST_MACHINES = 16
 _WAITING = 12  # tasks that may wait in a lane
 _PREFIX, _ALIVE = "handout-studio-", "alive"  # of its folder for a while; the file there that is locked while it runs
 _NEW = 60.0  # s
+_AGED = 30 * 86400.0  # s after which a file that a page sent is forgotten: a month, as long as nobody goes on with it
 
 
 @dataclass
@@ -71,6 +72,14 @@ class Studio:
 
     def __post_init__(self) -> None:
         sweep()
+        self.kept = shipped.own_folder("state") / "studio-files"  # files that pages sent: a folder each, by its number
+        for name in self.kept.glob("*/name"):
+            with contextlib.suppress(OSError):
+                path = next(each for each in name.parent.iterdir() if each != name)
+                if time.time() - path.stat().st_mtime > _AGED:
+                    shutil.rmtree(name.parent)
+                else:
+                    self.uploads[name.parent.name] = Upload(path, name.read_text("utf-8"), path.stat().st_size)
         self._folder = tempfile.TemporaryDirectory(prefix=_PREFIX)
         self._alive = (Path(self._folder.name) / _ALIVE).open("wb")
         atomic.lock(self._alive)

@@ -6,6 +6,7 @@ import asyncio
 import json
 import re
 import secrets
+import shutil
 from collections.abc import AsyncIterator, Sequence
 from pathlib import Path, PurePath
 
@@ -79,12 +80,26 @@ async def new_key(studio: Studio, request: Request, body: None) -> Response:
 
 async def upload(studio: Studio, request: Request, body: None) -> Response:
     """A file is taken in."""
-    key = await take_file(studio, request, SUFFIXES)
+    key = await take_file(studio, request, SUFFIXES, request.query_params.get("kept") == "true")
     return json_answer({"id": key, "name": studio.uploads[key].name, "bytes": studio.uploads[key].size})
 
 
-async def take_file(studio: Studio, request: Request, suffixes: Sequence[str]) -> str:
-    """The key of an upload, which is taken in part by part.
+async def uploads(studio: Studio, request: Request, body: None) -> Response:
+    """What was sent and is still here."""
+    there = {key: sent.name for key, sent in studio.uploads.items() if sent.path.exists()}
+    return json_answer({"uploads": [{"id": key, "name": name} for key, name in there.items()]})
+
+
+async def sent_file(studio: Studio, request: Request, body: None) -> Response:
+    """A file that was sent, as it was."""
+    sent = studio.uploads.get(request.path_params["id"])
+    if sent is None or not sent.path.exists():
+        raise HTTPException(404, "That file is not here any more.")
+    return FileResponse(sent.path, media_type="application/octet-stream", content_disposition_type="attachment")
+
+
+async def take_file(studio: Studio, request: Request, suffixes: Sequence[str], kept: bool = False) -> str:
+    """The key of an upload, which is taken in part by part; kept : it is there in the next studio, too.
 
     Raises HTTPException: 422: its name has none of the suffixes; 507: there is no room.
     """
@@ -95,25 +110,24 @@ async def take_file(studio: Studio, request: Request, suffixes: Sequence[str]) -
     studio.room(0)
     # by letters, digits and hyphens the scan is called in a hand, and in sentences
     stem = re.sub("[^A-Za-z0-9]+", "-", PurePath(name).stem)[:40].strip("-") or "scan"
-    path, size = studio.folder() / f"{stem}{suffix}", 0
+    key, size = secrets.token_urlsafe(16), 0
+    path = (studio.kept / key if kept else studio.folder()) / f"{stem}{suffix}"
     try:
+        path.parent.mkdir(parents=True, exist_ok=True)
         with path.open("wb") as file:
             async for part in request.stream():
                 studio.room(size := size + len(part))
                 await asyncio.to_thread(file.write, part)
+        if kept:  # from here on
+            atomic.write(path.with_name("name"), name.encode())
     except OSError as error:
-        _forget(path)
+        shutil.rmtree(path.parent, ignore_errors=True)
         raise HTTPException(507, f"The file cannot be kept: {error.strerror or error}.") from None
     except BaseException:
-        _forget(path)
+        shutil.rmtree(path.parent, ignore_errors=True)
         raise
-    studio.uploads[key := secrets.token_urlsafe(16)] = Upload(path, name, size)
+    studio.uploads[key] = Upload(path, name, size)
     return key
-
-
-def _forget(path: Path) -> None:
-    path.unlink(missing_ok=True)
-    path.parent.rmdir()
 
 
 async def take_away(studio: Studio, request: Request, body: None) -> Response:
@@ -125,7 +139,7 @@ async def take_away(studio: Studio, request: Request, body: None) -> Response:
 def drop_upload(studio: Studio, key: str) -> None:
     """Delete an upload, if it is there."""
     if (gone := studio.uploads.pop(key, None)) is not None:
-        _forget(gone.path)
+        shutil.rmtree(gone.path.parent, ignore_errors=True)
 
 
 def task_of(studio: Studio, request: Request) -> Task:
@@ -214,7 +228,10 @@ ROUTES = (
         "(texts) or as the letter of a batch (batch)", kept_draft),
     Way("PUT", "/api/drafts/{name}", "Keep it, for whoever opens the page next", keep_draft, body=Draft),
     Way("POST", "/api/uploads", "A scan, a photograph or a .hand file; up to 128 MB", upload, body=bytes,
-        query=(("name", "the file's name, whose suffix says what it is"),)),
+        query=(("name", "the file's name, whose suffix says what it is"),
+               ("kept", "true: it is there when the studio is started anew, for a month"))),
+    Way("GET", "/api/uploads", "What was sent and is still here", uploads),
+    Way("GET", "/api/uploads/{id}", "A file that was sent", sent_file, answer="*/*"),
     Way("DELETE", "/api/uploads/{id}", "Delete an upload", take_away),
     Way("GET", "/api/tasks/{id}", "How far a task has come", show),
     Way("DELETE", "/api/tasks/{id}", "Cancel a task", cancel),

@@ -84,17 +84,13 @@ def blend(out: Connector, into: Connector, out_xy: Array, into_xy: Array, unit: 
     ours = np.column_stack([at(out, out_xy, t), at(out, out.radius, t)])
     theirs = np.column_stack([at(into, into_xy, t), at(into, into.radius, t)])
     way = (1 - weight) * ours + weight * theirs
-    share = _strained(ours[:, :2] - theirs[:, :2], unit)
+    # 0–1: how much of a way is left to the pen's own course, where two ways (n, 2) are so far apart
+    away = float(np.hypot(*(ours[:, :2] - theirs[:, :2]).T).mean()) / unit
+    share = float(np.clip((away - _ALIKE) / (_APART - _ALIKE), 0.0, 1.0))
     if share > 0:
         way[:, :2] += share * (_direct(ours[:, :2], theirs[:, :2], t) - way[:, :2])
     way[0], way[-1] = ours[0], theirs[-1]
     return t, way[:, :2], way[:, 2]
-
-
-def _strained(apart: Array, unit: float) -> float:
-    """0–1: how much of a way is left to the pen's own course, where two ways (n, 2) are so far apart."""
-    away = float(np.hypot(*apart.T).mean()) / unit
-    return float(np.clip((away - _ALIKE) / (_APART - _ALIKE), 0.0, 1.0))
 
 
 def _direct(ours: Array, theirs: Array, t: Array) -> Array:
@@ -154,7 +150,13 @@ def set_line(
     """
     laid = [_LaidForm(form, bent, centre) for form, bent, centre in zip(forms, bends, centres, strict=True)]
     for first, second, between in zip(laid[:-1], laid[1:], joints, strict=True):
-        _join(first, second, x_height, between)
+        # ligatures of two neighbours, the whole of each for either
+        for out, into in between:
+            t, xy, radius = blend(out, into, first.place(out.xy), second.place(into.xy), x_height)
+            first.add(out, (xy, radius, at(out, out.density, t), at(out, out.uv, t)))
+            second.add(into, (xy[::-1], radius[::-1], at(into, into.density, t)[::-1], at(into, into.uv, t)[::-1]))
+        first.obstacles.append((second.xy, second.form.radius))
+        second.obstacles.append((first.xy, first.form.radius))
     for glyph in laid:
         glyph.lift()
     return [glyph.graph() for glyph in laid]
@@ -206,16 +208,6 @@ class _LaidForm:
         """All that was laid."""
         xy, radius, density, uv = (np.concatenate(values) for values in zip(*self._parts, strict=True))
         return LineGraph(xy, radius, density, uv, np.concatenate(self._edges))
-
-
-def _join(first: _LaidForm, second: _LaidForm, x_height: float, joints: Sequence[tuple[Connector, Connector]]) -> None:
-    """Ligatures of two neighbours, the whole of each for either; what stays loose may not run through the other."""
-    for out, into in joints:
-        t, xy, radius = blend(out, into, first.place(out.xy), second.place(into.xy), x_height)
-        first.add(out, (xy, radius, at(out, out.density, t), at(out, out.uv, t)))
-        second.add(into, (xy[::-1], radius[::-1], at(into, into.density, t)[::-1], at(into, into.uv, t)[::-1]))
-    first.obstacles.append((second.xy, second.form.radius))
-    second.obstacles.append((first.xy, first.form.radius))
 
 
 def _clear(xy: Array, radius: Array, body: Array, thick: Array) -> int:

@@ -112,8 +112,10 @@ def sides(forms: Forms, slant: float) -> Sides:
 
 def side(outline: Outline, kind: int) -> Side:
     """The left and right ends of one outline for a kind of pair: at every height, and over all heights."""
-    left, right = _levels(np.zeros(len(outline[0]), dtype=np.intp), *outline, _SEEN[kind], 1)
-    return left[0], right[0], float(outline[0].min()), float(outline[1].max())
+    low, high, height = outline
+    near = np.abs(height - _HEIGHTS[:, None]) < _SEEN[kind]
+    left, right = np.where(near, low, np.inf).min(axis=1), np.where(near, high, -np.inf).max(axis=1)
+    return left, right, float(low.min()), float(high.max())
 
 
 def nearness(first: Side, second: Side) -> float:

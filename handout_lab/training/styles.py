@@ -1,6 +1,6 @@
 """Makes the learned style that ships: ``python -m handout_lab.training.styles -o styles/learned.style``.
 
-Its examples are this project's own: tags that the genetic algorithm invents, in three styles of rules, and pages of two
+Its examples are this project's own: tags that `asemic` invents, in three styles of rules, and pages of two
 built-in hands.  Each of the five manners is a primer; the structure is that of the tags.
 """
 

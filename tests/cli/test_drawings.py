@@ -117,7 +117,8 @@ def test_layers_have_pens_of_their_own_speed_and_may_be_left_out(folder):
     quick, shown = planned("#c01020,out")
     assert quick < usual and set(shown) == {"#000080"}
     assert "#d2d2d2" in (folder / "a.svg").read_text(), "what is left out is pale"
-    for wrong, says in (("#c01020,speed=fast", "write its name"), ("navy", "no layer 'navy'; there are '#c01020', ")):
+    speeds = [(f"#c01020,speed={speed}", "5% to 2000%") for speed in ("fast", "0", "-50%", "nan", "5000%")]
+    for wrong, says in (*speeds, ("navy", "no layer 'navy'; there are '#c01020', ")):
         with pytest.raises(InputError, match=says):
             planned(wrong)
     with pytest.raises(InputError, match="All layers are left out"):

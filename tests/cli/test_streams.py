@@ -24,14 +24,29 @@ def run(words, closed=(), **streams):
 
 
 WRITE = ["write", "hello", "-o", "a.svg", "--seed", "1"]
-SHOW = ["hand", "show", "house-print", "-o", "a.svg", "--seed", "1"]
+SHOW = ["hand", "show", "FONT", "-o", "a.svg", "--seed", "1"]
 PLOT = ["plot", "hi", "--port", "sim", "--seed", "1"]
 WHOLE = {}  # the files of each of these with all streams open
 
 
+@pytest.fixture(scope="module")
+def font(tmp_path_factory):
+    """A hand of one stroke for every letter of a specimen sheet: those of a hand that ships take seconds."""
+    letters = [*range(33, 0x180), *map(ord, "–€“”’‘…„—ȘșȚțẞ")]
+    glyphs = "".join(f'<glyph unicode="&#{letter};" horiz-adv-x="300" d="M100 0 V500"/>' for letter in letters)
+    face = '<font-face units-per-em="1000" ascent="1000" descent="-300"/>'
+    path = tmp_path_factory.mktemp("font") / "font.svg"
+    path.write_text(
+        f'<svg xmlns="http://www.w3.org/2000/svg"><defs><font horiz-adv-x="300">{face}{glyphs}</font></defs></svg>'
+    )
+    return str(path)
+
+
 @pytest.mark.parametrize("closed", [(0,), (1,), (2,), (0, 2), (0, 1, 2)])
 @pytest.mark.parametrize("words", [WRITE, PLOT, SHOW], ids=lambda words: words[0])
-def test_a_closed_stream_loses_nothing(tmp_path, words, closed):
+def test_a_closed_stream_loses_nothing(tmp_path, font, words, closed):
+    words = [font if word == "FONT" else word for word in words]
+
     def take():
         files = {path.name: path.read_bytes() for path in tmp_path.glob("*.svg")}
         for name in files:

@@ -102,6 +102,13 @@ def test_edits_are_the_probabilities_of_the_texts_with_another_letter_or_one_mor
         assert edits[2 * at, letter] == pytest.approx(ctc.log_probability(logs, (*text[:at], letter, *text[at:])))
 
 
+def test_edits_of_many_texts_are_those_of_each_however_long():
+    readings = [posteriors(seed, steps) for seed, steps in ((1, 9), (2, 0), (3, 2), (4, 31), (5, 4))]
+    texts = [(1, 2, 2), (1,), (1, 1), (2, 1, 2, 1), ()]
+    for together, logs, text in zip(ctc.edits_of(readings, texts), readings, texts, strict=True):
+        np.testing.assert_allclose(together, ctc.edits(logs, text), rtol=1e-12)
+
+
 def test_greedy_drops_repetitions_and_blanks():
     way = [0, 1, 1, 0, 1, 2, 2, 0]
     assert ctc.greedy(np.log(np.eye(CLASSES)[way] + 1e-6)) == (1, 1, 2)

@@ -7,7 +7,7 @@ from scribbles import coverage, lines_of, scan_of
 from handout.scanning.density import find_density
 from handout.scanning.inks import find_inks
 from handout.scanning.mask import find_mask
-from handout.scanning.matting import fill_smooth, fill_textured, find_matte, least_opaque
+from handout.scanning.matting import fill_smooth, find_matte, least_opaque
 
 INK = coverage(lines_of(2, 60.0), 60.0, 32.0, 300.0)
 GREEN, YELLOW = np.array([15, 60, 25]), np.array([245, 215, 60])
@@ -92,15 +92,3 @@ def test_smooth_filling_follows_the_paper():
     spoilt[hole > 0] = 0
     assert np.abs(fill_smooth(spoilt, hole).astype(int) - ramp)[hole > 0].max() <= 8
     assert np.array_equal(fill_smooth(spoilt, hole)[hole == 0], ramp[hole == 0])
-
-
-def test_textured_filling_carries_lines_on():
-    paper = np.full((80, 900, 3), 240, dtype=np.uint8)
-    paper[38:41] = (150, 160, 220)
-    hole = np.zeros((80, 900), dtype=np.uint8)
-    hole[20:60, 395:405] = 1  # across the border of two windows
-    spoilt = paper.copy()
-    spoilt[hole > 0] = 0
-    filled = fill_textured(spoilt, hole, 12)
-    assert filled[39, 396:404].mean(axis=0) == pytest.approx([150, 160, 220], abs=45)
-    assert filled[28, 396:404].min() > 220

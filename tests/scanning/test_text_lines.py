@@ -40,6 +40,18 @@ def test_spaced_out_lines_have_letters_of_their_own_size(pitch):
     assert middles == pytest.approx([12.2 + pitch * k for k in range(3)], abs=0.3)
 
 
+@pytest.mark.parametrize("letters", [80, 100])
+def test_a_printed_heading_two_lines_above_does_not_double_the_pitch(letters):
+    mask, millimetre = mask_of(6), 300.0 / 25.4
+    mask[: round(26.4 * millimetre)] = False  # the first two lines, for the heading and for nothing
+    for x in np.linspace(8, WIDTH - 8, letters):
+        mask[
+            round(9.6 * millimetre) : round(12 * millimetre), round(x * millimetre) : round((x + 0.4) * millimetre)
+        ] = True
+    found = find_text_lines(mask, 300.0)
+    assert found.pitch == pytest.approx(9.0, abs=0.1) and len(found.lines) == 5
+
+
 @pytest.mark.parametrize("fall", [-0.05, 0.03])
 def test_slope(fall):
     rules = find_text_lines(mask_of(5, fall=fall), 300.0)

@@ -1,5 +1,7 @@
 """Networks learn, are stored small, and what is not a network is refused."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -8,7 +10,7 @@ from handout.errors import InputError
 from handout.tagging import network
 from handout.tagging.line_space import COUNT
 from handout_lab.training import letter_networks
-from handout_lab.training.letter_networks import save, start_network
+from handout_lab.training.letter_networks import round_weights, save, start_network
 
 STATES = len(LETTERS) * THIRDS
 WIDTHS = np.full(len(LETTERS), 0.8, np.float32)
@@ -82,6 +84,22 @@ def test_it_is_read_as_it_was_written(learned, tmp_path):
     features = toy(np.random.default_rng(7), 50).features
     assert back.log_posterior(features) == pytest.approx(learned[1].log_posterior(features), abs=0.1)
     assert back.widths == pytest.approx(WIDTHS, abs=1e-3)
+
+
+def test_a_network_in_steps_packs_to_two_thirds_and_reads_nearly_alike(tmp_path):
+    shipped = network.load_networks()[0]
+    assert all(np.array_equal(a, b) for a, b in zip(round_weights(shipped).weights, shipped.weights, strict=True))
+    rng = np.random.default_rng(8)
+    # not in steps, as networks come from training
+    trained = replace(
+        shipped, weights=tuple(w + rng.normal(0, 0.01 * w.std(), w.shape).astype(np.float32) for w in shipped.weights)
+    )
+    for name, each in (("trained.npz", trained), ("rounded.npz", round_weights(trained))):
+        save(each, tmp_path / name)
+    assert (tmp_path / "rounded.npz").stat().st_size < 0.65 * (tmp_path / "trained.npz").stat().st_size
+    features = rng.integers(0, 120, (200, COUNT)).astype(np.uint8)
+    before, after = (each.log_posterior(features) for each in (trained, network.load(tmp_path / "rounded.npz")))
+    assert (np.exp(before) * (before - after)).sum(axis=1).mean() < 0.02  # nats
 
 
 @pytest.mark.parametrize("data", [b"", b"PK\x03\x04 broken", b"not a zip at all"])

@@ -55,7 +55,8 @@ def begun(client, path, body=None):
 
 def test_a_proof_and_a_plot_go_on_where_they_were(studio):
     client = studio.start()
-    table = client.post("/api/uploads?name=people.csv", content=PEOPLE.encode()).json()["id"]
+    table = client.post("/api/uploads?name=people.csv&kept=true", content=PEOPLE.encode()).json()["id"]
+    client.post("/api/uploads?name=others.csv", content=PEOPLE.encode())
     asked = {"table": table, "text": "Hi {{ first_name }}", "page": "74x105mm", "to": "plotter", "seed": 4,
              "device": "plotter-simulated", "key": "one"}  # fmt: skip
     one = f"/api/batches/{client.post('/api/batches', json=asked).json()['batch']}"
@@ -63,6 +64,11 @@ def test_a_proof_and_a_plot_go_on_where_they_were(studio):
     studio.kill()
     client = studio.start()
     assert client.get(one).json()["state"] == "new", "half a proof is none"
+    assert client.get("/api/uploads").json()["uploads"] == [{"id": table, "name": "people.csv"}]
+    assert client.get(f"/api/uploads/{table}").content == PEOPLE.encode()
+    tried = client.post("/api/batches/tried", json={"table": table, "text": "Hi {{ first_name }}"}).json()
+    assert tried["count"] == 12 and client.delete(f"/api/uploads/{table}").status_code == 200
+    assert not list(studio.home.rglob("studio-files/*")), "and it is gone when it is taken away"
     proof = client.post(f"{one}/proof").json()["facts"]["proof"]
     assert (
         proof["rows"] == 12

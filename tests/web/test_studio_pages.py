@@ -170,6 +170,15 @@ def test_hands_are_shown_and_a_wrong_one_is_refused(page):
     page.get_by_role("button", name="Read my handwriting").click()
     page.locator(".bad", has_text="noise.png").wait_for()
     assert "/tmp" not in page.locator(".bad", has_text="noise.png").inner_text()
+    page.reload()
+    page.get_by_role("button", name="Take noise.png away").wait_for()
+    assert page.get_by_label("What is written on it").input_value() == "some text"
+    assert page.get_by_label("What shall it be called?").input_value() == "noise"
+    with page.expect_response("**/api/drafts/texts"):
+        page.get_by_role("button", name="Take noise.png away").click()
+    page.reload()
+    page.get_by_text("Photographs or scans").wait_for()
+    assert not page.get_by_text("noise.png").count(), "what was taken away stays away"
     page.set_viewport_size({"width": 1280, "height": 800})
 
 
@@ -210,6 +219,62 @@ def test_a_page_becomes_a_hand_that_is_looked_at_asked_about_and_written_with(pa
     page.goto(page.home + "#own/")
     page.reload()  # what was reached is kept
     page.get_by_role("button", name="Write it").wait_for()
+
+
+def test_nothing_is_lost_where_a_page_is_loaded_anew_while_a_hand_is_read_and_asked_about(page, small_scan):
+    page.goto(page.home + "#own/1")
+    page.get_by_label("Which handwriting").select_option("")
+    page.get_by_text("Photograph", exact=True).click()
+    page.get_by_label("Photographs or scans").set_input_files(str(small_scan.scan))
+    page.get_by_text("Not one of our sheets?").click()
+    page.get_by_label("What is written on it").fill(Path(small_scan.text).read_text(encoding="utf-8"))
+    page.get_by_label("What shall it be called?").fill("anew")
+    with page.expect_response("**/api/hands"):
+        page.get_by_role("button", name="Read my handwriting").click()
+    page.wait_for_timeout(600)  # what is kept goes to the studio after a moment
+    page.reload()
+    page.locator(".found-pages img").wait_for()  # it was read without the page
+    page.get_by_role("button", name="Next: ten letters").press("Enter")
+    page.get_by_role("button", name="Row 2,").press("Enter")
+    asked = []
+    page.on("request", lambda request: asked.append(request.url) if request.url.endswith("/check") else None)
+    page.wait_for_timeout(600)
+    page.reload()
+    page.get_by_role("button", name="Row 2,").wait_for()
+    assert page.get_by_role("button", name="Row 2,").get_attribute("aria-pressed") == "true" and not asked
+    assert page.get_by_role("button", name="Row 1,").get_attribute("aria-pressed") == "false"
+
+
+def test_files_and_choices_are_there_where_a_page_is_loaded_anew(page):
+    picture = io.BytesIO()
+    Image.new("RGB", (60, 40), (255, 0, 0)).save(picture, "PNG")
+    page.goto(page.home + "#write")
+    page.get_by_label("Kind of text").select_option("letter")
+    page.get_by_label("Text", exact=True).fill("Dear Ada")
+    with page.expect_request(lambda one: one.url.endswith("/api/write") and "pictures" in one.post_data_json):
+        page.get_by_label("A picture for the letter").set_input_files(
+            {"name": "red.png", "mimeType": "image/png", "buffer": picture.getvalue()}
+        )
+    page.wait_for_timeout(600)
+    with page.expect_request(lambda one: one.url.endswith("/api/write") and "pictures" in one.post_data_json):
+        page.reload()
+    page.get_by_label("Kind of text").select_option("text")
+    page.goto(page.home + "#hands")
+    page.get_by_label("Text", exact=True).fill("jam, cake")
+    page.goto(page.home + "#own/0")
+    page.get_by_label("Sheets", exact=True).select_option("2")
+    page.goto(page.home + "#calibration")
+    page.get_by_label("What you call the paper").fill("rag")
+    page.get_by_label("Printer", exact=True).select_option("simulated")
+    page.get_by_role("button", name="Start or continue").press("Enter")
+    page.get_by_role("button", name="Let the simulated printer print it").wait_for()
+    page.reload()
+    page.get_by_role("button", name="Let the simulated printer print it").wait_for()
+    assert page.get_by_label("What you call the paper").input_value() == "rag"
+    page.goto(page.home + "#own/0")
+    assert page.get_by_label("Sheets", exact=True).input_value() == "2"
+    page.goto(page.home + "#hands")
+    assert page.get_by_label("Text", exact=True).input_value() == "jam, cake"
 
 
 def test_sheets_are_made_with_one_thing_to_do_at_a_time(page):
@@ -501,6 +566,10 @@ def test_letters_are_made_from_a_table_by_pressing_what_comes_next(page):
     assert axe(page) == []
     press("Next: a proof of every letter")
     press("Leave out: row 3")
+    gestures_so_far = gestures()
+    page.reload()
+    after = count_gestures(page)
+    page.locator(".proofs img").nth(9).wait_for()
     assert page.get_by_role("button", name="Leave out: row 3").get_attribute("aria-pressed") == "true"
     assert page.locator(".proofs img").count() == 10 and axe(page) == []
     press("Approve the other 9")
@@ -509,7 +578,7 @@ def test_letters_are_made_from_a_table_by_pressing_what_comes_next(page):
         press("Save the PDF")
     import pikepdf
 
-    assert len(pikepdf.open(download.value.path()).pages) == 9 and 8 <= gestures() <= 30
+    assert len(pikepdf.open(download.value.path()).pages) == 9 and 8 <= gestures_so_far + after() <= 30
     page.locator(".rows tr", has_text="left out").wait_for()
     assert page.locator(".rows tr", has_text="done").count() == 9
 

@@ -190,18 +190,13 @@ def _search(
     bar_ends = [int(bar[end]) for bar in (*line.own_bars, *line.foreign_bars) for end in (0, -1)]
     net = subnetwork(net, rest, [*(v for v in turns if v not in rings), *seams, *bar_ends])
     ends = Ends(*(_ends_at(net, vertices) for vertices in (line.entries, line.exits, line.bar_entries)))
-    foreign = _foreign_bars(net, line)
+    foreign = [chain for bar in line.foreign_bars for chain in crossbar_chains(net, bar, line.entries)]
     cheap = _with_crossbars(net, line, letter, ends, foreign, weights, laid)
     least = min(traversal.cost for traversal in cheap)
     cheap = [traversal for traversal in cheap if traversal.cost <= least + _MARGIN]
     if not foreign and not line.own_bars:
         cheap += _search_guided(net, line.x_height, ends, laid, weights, cheap)
     return _TracedLetter(line, letter, net, cheap, foreign, laid)
-
-
-def _foreign_bars(net: BranchNetwork, line: LetterLine) -> list[tuple[int, ...]]:
-    """Crossbars of other letters, as the word tells them."""
-    return [chain for bar in line.foreign_bars for chain in crossbar_chains(net, bar, line.entries)]
 
 
 def _search_guided(

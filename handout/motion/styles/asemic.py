@@ -1,16 +1,16 @@
 """Asemic tags: glyphs of no alphabet, joined, styled and placed on a page.
 
-Some targets of a glyph are thrown around a middle; the order in which the pen visits them is bred by a genetic
-algorithm: long ways are good, and so are those down and to the right, as a hand likes to go.
+Some targets of a glyph are thrown around a middle; the order in which the pen visits them is the best of all orders:
+long ways are good, and so are those down and to the right, as a hand likes to go.
 
-Source: seed 003, §4.2 and fig. 11 (tournament selection and partially mapped crossover).
+Source: seed 003, §4.2 and fig. 11, where a genetic algorithm looks for that order.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from itertools import pairwise
+from itertools import pairwise, permutations
 from typing import Any
 
 import numpy as np
@@ -36,10 +36,6 @@ _SHARE = 0.6  # of the page's height that a tag of few letters takes at most
 _MARGIN = 0.08  # of the page's shorter side
 _SWELL = 0.25  # by how much the first and last letter are larger
 MOST_LETTERS = 60
-_POPULATION, _GENERATIONS = 48, 40  # of breeding an order: by hand, for targets of which there are nine at most
-_TOURNAMENT = 3  # rivals
-_MUTATION = 0.25  # share of children of which two targets change places
-_ELITE = 2
 _DOWN, _RIGHT = 0.5, 0.35  # reward of a way down and to the right, in lengths
 _LEAST_WAYS, _WAYS = 6, 1.4  # of a tag that is invented; usual ways in the height of its letters
 _TRIES = 24  # tags in a learned style, of which one is taken
@@ -56,8 +52,8 @@ def tag(letters: int, style: Style, page: Page, rng: np.random.Generator, built:
         With a ligature's `reach` above 0 the glyphs are joined; otherwise each is a stroke of its own.
     page : Page
     rng : numpy.random.Generator
-    built : a learned style that invents the targets of the whole tag; None, or one without a structure: the genetic
-        algorithm.
+    built : a learned style that invents the targets of the whole tag; None, or one without a structure: targets
+        thrown at random.
 
     Raises InputError: a number of letters outside 1 to 60, or a structure for a style of rules.
     """
@@ -132,7 +128,7 @@ def glyph(count: int, rng: np.random.Generator) -> Array:
     if not 2 <= count <= 9:
         raise ValueError(f"{count} targets are outside 2 to 9")
     places = scatter_targets(count, rng)
-    return places[best_order(places, rng)]
+    return places[best_order(places)]
 
 
 def scatter_targets(count: int, rng: np.random.Generator) -> Array:
@@ -151,39 +147,7 @@ def fitness(orders: Indices, places: Array) -> Array:
     return np.asarray((length + _DOWN * np.maximum(way[..., 1], 0) + _RIGHT * np.maximum(way[..., 0], 0)).sum(axis=1))
 
 
-def best_order(places: Array, rng: np.random.Generator) -> Indices:
-    """(m,) the order of greatest fitness that is found."""
-    m = len(places)
-    orders = np.array([rng.permutation(m) for _ in range(_POPULATION)])
-    for _ in range(_GENERATIONS):
-        worth = fitness(orders, places)
-        best = orders[np.argsort(-worth, kind="stable")[:_ELITE]]
-        count = 2 * (_POPULATION - _ELITE)
-        rivals = rng.integers(len(worth), size=(count, _TOURNAMENT))
-        parents = orders[rivals[np.arange(count), worth[rivals].argmax(axis=1)]]
-        children = []
-        for a, b in zip(parents[::2], parents[1::2], strict=True):
-            low, high = np.sort(rng.integers(0, len(a) + 1, 2)).tolist()
-            child = crossover(a, b, low, high)
-            if rng.random() < _MUTATION:
-                i, j = rng.integers(len(a), size=2).tolist()
-                child[[i, j]] = child[[j, i]]
-            children.append(child)
-        orders = np.concatenate([best, np.array(children)])
+def best_order(places: Array) -> Indices:
+    """(m,) the order of greatest fitness: all are tried, 720 of six targets."""
+    orders = np.array(list(permutations(range(len(places)))))
     return np.asarray(orders[fitness(orders, places).argmax()])
-
-
-def crossover(a: Indices, b: Indices, low: int, high: int) -> Indices:
-    """Partially mapped crossover of two permutations: the part [low, high) of `a`, and `b` elsewhere.
-
-    Where `b` has what the part has already, it is mapped through the part until it has not.
-    """
-    child = b.copy()
-    child[low:high] = a[low:high]
-    partner = {int(node): int(other) for node, other in zip(a[low:high], b[low:high], strict=True)}
-    for at in (*range(low), *range(high, len(b))):
-        value = int(b[at])
-        while value in partner:
-            value = partner[value]
-        child[at] = value
-    return child

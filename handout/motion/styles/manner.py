@@ -90,18 +90,21 @@ def _count_loops(path: Array) -> int:
     if n < 4:
         return 0
     z = path @ np.array([1.0, 1j])
-    first = np.arange(n)[:, None]
-    later = np.minimum(first + np.arange(2, _REACH), n - 1)
-    a, b, c, d = z[first], z[first + 1], z[later], z[later + 1]
 
     def side(p: Array, q: Array, r: Array) -> Array:
         return ((q - p).conj() * (r - p)).imag
 
-    crossed = (side(a, b, c) * side(a, b, d) < 0) & (side(c, d, a) * side(c, d, b) < 0) & (later > first + 1)
+    first = np.arange(n)[:, None]
+    later = np.minimum(first + np.arange(2, _REACH), n - 1)
+    a, b = z[first], z[first + 1]
+    begin, way = np.nonzero((side(a, b, z[later]) * side(a, b, z[later + 1]) < 0) & (later > first + 1))
+    after = later[begin, way]
+    a, b, c, d = z[begin], z[begin + 1], z[after], z[after + 1]
     swept = np.concatenate([[0.0], np.cumsum((z[:-1].conj() * z[1:]).imag)])
-    area = 0.5 * np.abs(swept[later] - swept[first + 1] + (c.conj() * b).imag)
+    area = 0.5 * np.abs(swept[after] - swept[begin + 1] + (c.conj() * b).imag)
+    looped = (side(c, d, a) * side(c, d, b) < 0) & (area > _LEAST_LOOP)
     count, done = 0, -1
-    begin, way = np.nonzero(crossed & (area > _LEAST_LOOP))
+    begin, way = begin[looped], way[looped]
     for start, end in sorted(zip(begin.tolist(), (begin + way + 2).tolist(), strict=True), key=lambda pair: pair[1]):
         if start >= done:
             count, done = count + 1, end

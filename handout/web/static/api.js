@@ -56,8 +56,14 @@ export async function blob(path, accept, method = 'GET', body = undefined, signa
   return (await answer(method, path, body, accept ? { Accept: accept } : {}, signal)).blob();
 }
 
-/** The id of a file that was sent.  @param {File} file @param {AbortSignal} [signal] @returns {Promise<string>} */
-export const upload = async (file, signal) => (await request('POST', `/api/uploads?name=${encodeURIComponent(file.name)}`, file, signal)).id;
+/** The id of a file that was sent; the studio keeps it, until it is deleted, when it is started anew, too.  @param {File} file @param {AbortSignal} [signal] @returns {Promise<string>} */
+export const upload = async (file, signal) => (await request('POST', `/api/uploads?kept=true&name=${encodeURIComponent(file.name)}`, file, signal)).id;
+
+/** @param {string} id */
+export const takeAway = (id) => request('DELETE', `/api/uploads/${id}`).catch(() => {});
+
+/** Ids of the files that are still there.  @returns {Promise<Set<string>>} */
+export const stillThere = async () => new Set((await request('GET', '/api/uploads')).uploads.map((/** @type {{id: string}} */ one) => one.id));
 
 /** @param {string} path @param {AbortSignal} [signal] */
 export async function text(path, signal) {
@@ -67,14 +73,18 @@ export async function text(path, signal) {
 /** Begin a task, hear its snapshots, and give the last one; aborting cancels it. Without `heard` it is only begun.  @param {string} path @param {any} body @param {Heard | null} [heard] @param {AbortSignal} [signal] @returns {Promise<Snapshot>} */
 export async function task(path, body, heard, signal, method = 'POST') {
   const begun = await (await answer(method, path, body, { Prefer: 'respond-async' }, signal)).json();
-  if (!heard) return begun;
+  return heard ? heardOut(begun, heard, signal) : begun;
+}
+
+/** The same of a task that was begun.  @param {Snapshot} begun @param {Heard} heard @param {AbortSignal} [signal] @returns {Promise<Snapshot>} */
+export async function heardOut(begun, heard, signal) {
   const cancel = () => request('DELETE', `/api/tasks/${begun.id}`).catch(() => {});
   signal?.addEventListener('abort', cancel);
   try {
     let last = begun;
     for await (const snapshot of events(`/api/tasks/${begun.id}/events`, signal)) heard(last = snapshot);
     if (last.state === 'cancelled') throw new DOMException('cancelled', 'AbortError');
-    if (last.state !== 'done') throw new Refusal(422, last.error);
+    if (last.state !== 'done') throw new Refusal(422, last.error ?? '');
     return last;
   } finally {
     signal?.removeEventListener('abort', cancel);

@@ -29,6 +29,22 @@ export async function kept(name) {
   return (draft?.kept_at || 0) > (own.kept_at || 0) ? draft : own;
 }
 
+/** Controls of a form as they were left in this browser, and from now on kept as they are changed.  @param {string} name @param {Record<string, HTMLInputElement | HTMLSelectElement | HTMLTextAreaElement>} controls */
+export function remember(name, controls) {
+  const before = here(`form-${name}`);
+  for (const [id, control] of Object.entries(controls)) {
+    const value = control.type === 'checkbox' ? 'checked' : 'value', usual = /** @type {any} */ (control)[value];
+    if (id in before) /** @type {any} */ (control)[value] = before[id];
+    if (control.tagName === 'SELECT' && control.value !== before[id]) control.value = usual; // a choice that is gone
+    control.addEventListener('input', () => {
+      localStorage.setItem(`handout-form-${name}`, JSON.stringify({ ...here(`form-${name}`), [id]: /** @type {any} */ (control)[value] }));
+    });
+  }
+}
+
+/** A form is done: it begins anew.  @param {string} name */
+export const forget = (name) => localStorage.removeItem(`handout-form-${name}`);
+
 /** Keep values under a name; `place` shows why the studio could not.  @param {string} name @param {object} values @param {HTMLElement} place */
 export function keep(name, values, place) {
   if (elsewhere.has(name)) { place.textContent = ELSEWHERE; return; }

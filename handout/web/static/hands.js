@@ -3,6 +3,7 @@
 /** @import { Hand, Show } from './types' */
 import { blob, request } from './api.js';
 import { button, field, guarded, h, handChoice, more, refusal, save } from './dom.js';
+import { remember } from './drafts.js';
 import { picture } from './work.js';
 
 function shown(/** @type {string} */ title, /** @type {Node} */ shownIn) {
@@ -55,6 +56,7 @@ function gallery(hands, redraw) {
 /** Whether a text can be written in a hand with its own letters alone.  @param {Hand[]} hands */
 function lacking(hands) {
   const hand = handChoice(hands), text = h('textarea', { rows: 3, required: true });
+  remember('lacking', { hand, text });
   const wrong = refusal(), result = h('div', { 'aria-live': 'polite' });
   const how = /** @type {Record<string, string>} */ ({ composed: 'put together from its own letters', lent: 'lent by another', doubted: 'lent by another, as all its own are doubtful', missing: 'missing' });
   const submit = guarded(wrong, async () => {

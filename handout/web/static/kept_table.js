@@ -33,6 +33,7 @@ export async function kept(/** @type {HTMLElement} */ main, /** @type {string} *
   const approve = act('Approve', async () => {
     try {
       shown(await request('POST', `${url}/approval`, { made: batch.proof.made, left_out: [...out] }));
+      drafts.forget(`out-${name}`);
     } catch (/** @type {any} */ error) {
       shown(await request('GET', url));
       throw error;
@@ -123,6 +124,7 @@ export async function kept(/** @type {HTMLElement} */ main, /** @type {string} *
   }
   function leave(/** @type {number} */ row) {
     if (out.has(row)) out.delete(row); else out.add(row);
+    localStorage.setItem(`handout-form-out-${name}`, JSON.stringify({ made: batch.proof.made, rows: [...out] }));
     marked();
     controls();
   }
@@ -167,7 +169,11 @@ export async function kept(/** @type {HTMLElement} */ main, /** @type {string} *
   function shown(/** @type {Batch} */ facts) {
     const before = JSON.stringify(batch?.proof) !== JSON.stringify(facts.proof) || !proofs.childElementCount;
     batch = facts;
-    if (before) { out.clear(); for (const row of batch.left_out) out.add(row); }
+    if (before) { // rows that were left out and not approved yet are so still, where the page is loaded anew
+      const pressed = JSON.parse(localStorage.getItem(`handout-form-out-${name}`) || '{}');
+      out.clear();
+      for (const row of pressed.rows && pressed.made === batch.proof.made ? pressed.rows : batch.left_out) out.add(row);
+    }
     title.textContent = { new: 'Here comes a proof', proofed: 'Does every letter look right?', approved: 'Approved: now it can be made', 'broken off': 'It stopped on the way', done: 'Done' }[batch.state];
     const what = [batch.letters && 'letters', batch.envelopes && 'envelopes'].filter(Boolean).join(' and ');
     summary.textContent = `${batch.title}: ${batch.left_out.length ? `${batch.count - batch.left_out.length} of ` : ''}${batch.count} ${batch.count === 1 ? 'row' : 'rows'}, ${what}, for ${batch.printer || TO[batch.to]}${batch.state === 'broken off' && batch.ended ? `; ${batch.ended}` : ''}.`;

@@ -1,8 +1,9 @@
 // The page My own handwriting: sheets are printed, photographed and read; what was found is shown, ten letters are asked about.
 
 /** @import { Hand, Heard, Show } from './types' */
+/** @typedef {{id: string, name: string, text: HTMLTextAreaElement}} Scan */
 /** @typedef {((label: string, step: number, main?: boolean) => HTMLButtonElement) & {go: (step: number) => void}} Onward */
-import { blob, fileOf, request, task, upload } from './api.js';
+import { blob, fileOf, heardOut, request, stillThere, takeAway, task, upload } from './api.js';
 import { button, choice, field, guarded, h, more, picker, refusal, s, save, say, steps, tick } from './dom.js';
 import * as drafts from './drafts.js';
 import { fromPhone } from './from_phone.js';
@@ -12,7 +13,7 @@ const TAKEN = '.png,.jpg,.jpeg,.tif,.tiff,.pdf,.webp,.bmp,.hand';
 const STEPS = ['Print', 'Photograph', 'Look', 'Ten letters', 'Write'];
 const QUESTIONS = 10;
 
-/** A new hand; with `own`, the names of hands that more pages may be added to.  @param {(name: string, said: string[]) => any} made @param {string[]} own @param {{texts?: Record<string, string>}} typed @param {AbortSignal} signal */
+/** A new hand; with `own`, the names of hands that more pages may be added to.  @param {(name: string, said: string[]) => any} made @param {string[]} own @param {{texts?: Record<string, string>, scans?: {id: string, name: string}[], reading?: string}} typed @param {AbortSignal} signal */
 function reader(made, own, typed, signal) {
   const into = choice(['', ...own], { '': 'a new handwriting', ...Object.fromEntries(own.map((name) => [name, `more of ${name}`])) });
   const free = ['my-hand', ...own.map((_, at) => `my-hand-${at + 2}`)].find((one) => !own.includes(one));
@@ -23,71 +24,78 @@ function reader(made, own, typed, signal) {
   const wrong = refusal(), unkept = refusal();
   const go = h('button', { class: 'main' }, 'Read my handwriting');
   const { line, run } = progress();
-  const scans = /** @type {{file: File, text: HTMLTextAreaElement, id?: string}[]} */ ([]), texts = typed.texts || {}; // name of a file → what was typed of it, until it is read
-  const drop = picker('Photographs or scans', 'Drop them here: JPEG, PNG, TIFF or PDF; or a .hand file that was saved.', { multiple: true, accept: TAKEN }, (files) => files.forEach((file) => add(file)));
-  const phone = fromPhone(({ id, name: called, small }) => add(/** @type {File} */ ({ name: called }), id, small), signal);
+  const scans = /** @type {Scan[]} */ ([]), texts = typed.texts || {}; // name of a file → what was typed of it, until it is read
+  const drop = picker('Photographs or scans', 'Drop them here: JPEG, PNG, TIFF or PDF; or a .hand file that was saved.', { multiple: true, accept: TAKEN }, async (files) => {
+    wrong.textContent = '';
+    for (const file of files) await run(async (heard, own_) => { heard({ share: 0, stage: `sending ${file.name}` }); add({ id: await upload(file, own_), name: file.name }); }).catch((error) => { wrong.textContent = error.message; });
+  });
+  const phone = fromPhone(({ small, ...one }) => { if (!scans.some(({ id }) => id === one.id)) add(one, small); }, signal);
 
-  /** A file of this computer's, or a photograph that is with the studio already: its number there, and a small picture. */
-  function add(/** @type {File} */ file, id = /** @type {string | undefined} */ (undefined), small = /** @type {Node | undefined} */ (undefined)) {
-    const text = h('textarea', { rows: 4, oninput() { texts[file.name] = text.value; keep(); } });
-    text.value = texts[file.name] || '';
-    const scan = { file, text, id };
-    const takeAway = guarded(wrong, async () => { scans.splice(scans.indexOf(scan), 1); box.remove(); if (id) await request('DELETE', `/api/uploads/${id}`); });
+  /** A file that is with the studio, and of a photograph a small picture.  @param {{id: string, name: string}} one @param {Node} [small] */
+  function add(one, small) {
+    const text = h('textarea', { rows: 4, oninput() { texts[one.name] = text.value; keep(); } });
+    text.value = texts[one.name] || '';
+    const scan = { ...one, text };
+    const drop_ = () => { scans.splice(scans.indexOf(scan), 1); box.remove(); takeAway(one.id); keep(); };
     const box = h('div', { class: 'scan' },
-      h('div', { class: 'row between' }, h('strong', {}, file.name), button('Take away', takeAway, false, { 'aria-label': `Take ${file.name} away` })), small,
-      file.name.endsWith('.hand') ? '' : h('details', { open: Boolean(text.value) }, h('summary', {}, 'Not one of our sheets?'), field('What is written on it, line by line', text)));
-    if (file.name.endsWith('.hand')) name.value = file.name.replace(/\.hand$/, '');
+      h('div', { class: 'row between' }, h('strong', {}, one.name), button('Take away', drop_, false, { 'aria-label': `Take ${one.name} away` })), small,
+      one.name.endsWith('.hand') ? '' : h('details', { open: Boolean(text.value) }, h('summary', {}, 'Not one of our sheets?'), field('What is written on it, line by line', text)));
+    if (one.name.endsWith('.hand')) name.value = one.name.replace(/\.hand$/, '');
     scans.push(scan);
     list.append(box);
+    keep();
+  }
+  if (typed.scans?.length) {
+    const before = typed.scans;
+    stillThere().then((there) => {
+      for (const one of before) if (there.has(one.id) && !scans.some(({ id }) => id === one.id)) add(one);
+      const lost = before.filter(({ id }) => !there.has(id)).map((one) => one.name);
+      if (lost.length) wrong.textContent = `Not here any more, give it again: ${lost.join(', ')}.`;
+    }).catch(() => {});
   }
 
-  const keep = () => drafts.keep('texts', { texts }, unkept);
+  const keep = (more_ = {}) => { Object.assign(typed, { scans: scans.map(({ id, name: called }) => ({ id, name: called })), ...more_ }); drafts.keep('texts', { ...typed, texts }, unkept); };
 
-  async function read(/** @type {Heard} */ heard, /** @type {AbortSignal} */ signal) {
-    const ids = /** @type {string[]} */ ([]), gone = (/** @type {string} */ id) => request('DELETE', `/api/uploads/${id}`).catch(() => {});
-    try {
-      const done = await readFrom(ids, heard, signal);
-      scans.forEach(({ id }) => id && gone(id)); // the phone's are there until they are read
-      return done;
-    } finally {
-      ids.filter((sent) => !scans.some(({ id }) => id === sent)).forEach(gone);
-    }
-  }
-
-  /** @param {string[]} ids @param {Heard} heard @param {AbortSignal} signal @returns {Promise<{facts: any, said?: string[]}>} */
-  async function readFrom(ids, heard, signal) {
-    for (const { file, id } of scans) {
-      if (id) { ids.push(id); continue; }
-      heard({ share: 0, stage: `sending ${file.name}` });
-      ids.push(await upload(file, signal));
-    }
-    if (scans.length === 1 && scans[0].file.name.endsWith('.hand')) {
+  /** @param {Heard} heard @param {AbortSignal} signal @returns {Promise<{facts: any, said?: string[]}>} */
+  async function read(heard, signal) {
+    const ids = scans.map(({ id }) => id);
+    if (scans.length === 1 && scans[0].name.endsWith('.hand')) {
       return { facts: await request('POST', '/api/hands/given', { name: name.value, upload: ids[0] }, signal) };
     }
     const body = { scans: ids, texts: scans.map((scan) => scan.text.value).filter((text) => text.trim()), ink_only: !withScan.checked, ...(dpi.value ? { dpi: Number(dpi.value) } : {}) };
-    return into.value ? task(`/api/hands/${into.value}/pages`, body, heard, signal) : task('/api/hands', { name: name.value, ...body }, heard, signal);
+    const begun = into.value ? await task(`/api/hands/${into.value}/pages`, body, null) : await task('/api/hands', { name: name.value, ...body }, null);
+    keep({ reading: begun.id }); // it goes on without this page
+    return heardOut(begun, heard, signal);
   }
 
   async function submit(/** @type {Event} */ event) {
     event.preventDefault();
     wrong.textContent = '';
-    if (!scans.length) { wrong.textContent = 'Give a photograph, a scan or a .hand file first.'; return; }
+    if (scans.length) await finished(read); else wrong.textContent = 'Give a photograph, a scan or a .hand file first.';
+  }
+  /** @param {(heard: Heard, signal: AbortSignal) => Promise<{facts: any, said?: string[]}>} work */
+  async function finished(work) {
     go.disabled = true;
     try {
-      const { said = [] } = await run(read), name_ = into.value || name.value;
+      const { said = [] } = await run(work), name_ = into.value || name.value;
       const lasting = said.filter((one) => !one.endsWith('…')); // not how far it had come
-      for (const { file } of scans) delete texts[file.name];
-      keep();
+      drafts.forget('reader');
+      for (const { id, name: called } of scans.splice(0)) { takeAway(id); delete texts[called]; }
+      keep({ reading: undefined });
       await made(name_, lasting);
     } catch (/** @type {any} */ error) {
+      keep({ reading: undefined });
       wrong.textContent = error.name === 'AbortError' ? 'It was cancelled.' : error.message;
     } finally {
       go.disabled = false;
     }
   }
 
+  drafts.remember('reader', { name, dpi, withScan, into });
   const nameField = field('What shall it be called?', name);
-  into.addEventListener('change', () => { go.textContent = into.value ? 'Read the pages' : 'Read my handwriting'; nameField.hidden = Boolean(into.value); name.required = !into.value; });
+  const chosen = () => { go.textContent = into.value ? 'Read the pages' : 'Read my handwriting'; nameField.hidden = Boolean(into.value); name.required = !into.value; };
+  into.addEventListener('change', chosen); chosen();
+  if (typed.reading) request('GET', `/api/tasks/${typed.reading}`).then((begun) => finished((heard, own_) => heardOut(begun, heard, own_)), () => keep({ reading: undefined }));
   return h('form', { onsubmit: submit, class: 'step', 'aria-label': 'A new handwriting' }, h('h1', {}, 'Photograph what you wrote'),
     h('p', { class: 'quiet' }, 'From above, in daylight, all four corners in the picture; or scan it at 300 dpi. Then give the pictures here.'),
     drop, phone, list, h('div', { class: 'grid' }, nameField, own.length ? field('They become', into) : ''),
@@ -101,6 +109,7 @@ function sheets(/** @type {Hand[]} */ hands, /** @type {{printed: boolean, writt
   const wrong = refusal(), next = onward('Next: photograph it', 1, printed), go = h('button', { class: printed ? undefined : 'main' }, printed ? 'Make them once more' : 'Make the sheets');
   const { line, run } = progress();
   if (/^en-(US|CA)/.test(navigator.language)) page.value = 'letter';
+  drafts.remember('sheets', { hand, pages, page });
   async function submit(/** @type {Event} */ event) {
     event.preventDefault();
     wrong.textContent = ''; go.disabled = true;
@@ -137,21 +146,28 @@ function lookStep(name, said, onward) {
     h('div', { class: 'row between onward' }, h('a', { class: 'button', href: `#letters/${encodeURIComponent(name)}` }, 'Correct letters'), onward('Next: ten letters', 3, true))];
 }
 
-/** Rows of letters that may read badly, each to be kept or not to be written any more.  @param {string} name @param {Onward} onward */
-function askStep(name, onward) {
+/** Rows of letters that may read badly, each to be kept or not to be written any more; what was pressed is kept, with the task that asked.  @param {string} name @param {Onward} onward @param {{asked?: {hand: string, task: string, pressed: number[]}}} draft @param {(values: object) => void} kept */
+function askStep(name, onward, draft, kept) {
   const place = h('div', { class: 'questions', 'aria-live': 'polite' }, h('p', { class: 'quiet' }, 'Writing words in your hand, and reading them as a stranger would: about ten seconds …'), h('span', { class: 'skeleton' })), { line, run } = progress();
   const wrong = refusal();
-  run((heard, signal) => task(`/api/hands/${name}/check`, { questions: QUESTIONS }, heard, signal)).then(async (done) => {
+  const before = draft.asked?.hand === name ? draft.asked : null, pressed = new Set(before?.pressed);
+  const begin = () => run((heard, signal) => task(`/api/hands/${name}/check`, { questions: QUESTIONS }, heard, signal));
+  (before ? request('GET', `/api/tasks/${before.task}`).catch(() => { pressed.clear(); return begin(); }) : begin()).then(async (done) => {
+    const keep_ = () => kept({ asked: { hand: name, task: done.id, pressed: [...pressed] } });
+    keep_();
     const questions = /** @type {{letter: string}[]} */ (done.facts.questions);
     if (!questions.length) { place.replaceChildren(h('p', {}, 'No letter of yours reads badly: there is nothing to ask.'), onward('Next: write', 4, true)); skip.hidden = true; return; }
     const sheet = await blob(fileOf(done)), bitmap = await createImageBitmap(sheet), high = bitmap.height / questions.length, { width } = bitmap;
     const href = URL.createObjectURL(sheet);
-    const presses = questions.map((asked, at) => button('Do not write it so', ({ currentTarget }) => { const on = currentTarget.getAttribute('aria-pressed') !== 'true'; currentTarget.setAttribute('aria-pressed', String(on)); currentTarget.textContent = on ? 'Not written any more' : 'Do not write it so'; }, false, { 'aria-pressed': 'false', 'aria-label': `Row ${at + 1}, the letter ${asked.letter}: do not write it so` }));
+    const told = (/** @type {Element} */ press, /** @type {number} */ at) => { press.setAttribute('aria-pressed', String(pressed.has(at))); press.textContent = pressed.has(at) ? 'Not written any more' : 'Do not write it so'; };
+    const presses = questions.map((asked, at) => button('Do not write it so', ({ currentTarget }) => { if (!pressed.delete(at)) pressed.add(at); told(currentTarget, at); keep_(); }, false, { 'aria-label': `Row ${at + 1}, the letter ${asked.letter}: do not write it so` }));
+    presses.forEach(told);
     const keep = button('Keep the answers', guarded(wrong, async () => {
-      const answers = presses.map((press, at) => (press.getAttribute('aria-pressed') === 'true' ? String(at + 1) : '')).filter(Boolean);
+      const answers = [...pressed].sort((a, b) => a - b).map((at) => String(at + 1));
       if (!answers.length) { onward.go(4); return; }
       keep.disabled = true;
       try { await run((heard, signal) => task(`/api/hands/${name}/answers`, { task: done.id, answers }, heard, signal)); } finally { keep.disabled = false; }
+      kept({ asked: undefined });
       say(`${answers.length === 1 ? 'One of these letters is' : `${answers.length} of these letters are`} not written so any more; Undo is on the page Correct letters.`);
       onward.go(4);
     }), true);
@@ -188,7 +204,7 @@ export async function show(main, shared, [asked] = []) {
     body.replaceChildren(...[
       () => [sheets(shared.choices.hands.filter((hand) => hand.own), { printed: Boolean(draft.printed), written: () => keep({ printed: true }) }, onward)],
       () => [reader(read, own(), texts, shown.signal)],
-      () => lookStep(draft.hand, draft.said || [], onward), () => askStep(draft.hand, onward), writeStep,
+      () => lookStep(draft.hand, draft.said || [], onward), () => askStep(draft.hand, onward, draft, keep), writeStep,
     ][at](), wrong, own().length ? h('div', { class: 'which' }, field('Which handwriting', picked)) : '');
   }
   main.append(h('div', { class: 'flow' }, head, body));

@@ -4,7 +4,7 @@
 /** @import { Line, Paint } from './canvas.js' */
 /** @typedef {{key: string, label: string, unit?: string, usual: any, options?: [any, string][], count: number, low: number, high: number, least?: number, most?: number}} Knob */
 /** @typedef {{targets: Point[], up: number[], own: number[][] | null, page: Point}} Plan */
-import { blob, request } from './api.js';
+import { blob, request, takeAway, upload } from './api.js';
 import { draw, INK, paintStrokes, surface } from './canvas.js';
 import * as drafts from './drafts.js';
 import { ARROWS, button as plain, choice, field, h, handChoice, more, picker, refusal as refusals, s, save, say, tick } from './dom.js';
@@ -251,9 +251,10 @@ export async function show(main, shared, [wanted]) {
     past.push(clean); future = []; past = past.slice(-300); clean = now;
     changed();
   }
+  const keep = (more_ = {}) => { const { bitmap, ...traced } = photo || {}; drafts.keep('style', { plan, style, seed, unsaved, ...(photo ? { photo: traced } : {}), ...more_ }, unkept); };
   function changed() {
     unsaved = true;
-    drafts.keep('style', { plan, style, seed, unsaved }, unkept);
+    keep();
     undo.disabled = !past.length; redo.disabled = !future.length;
     tell(); aboutTarget(); solve(); soonWord();
   }
@@ -381,7 +382,7 @@ export async function show(main, shared, [wanted]) {
       solve();
     } else if (moving && photo) {
       photo.x += (now[0] - was[0]) / by; photo.y += (now[1] - was[1]) / by;
-      photoFields(); paint();
+      photoFields(); paint(); keep();
     } else {
       view.x -= (now[0] - was[0]) / by; view.y -= (now[1] - was[1]) / by;
       fitted = false;
@@ -497,7 +498,7 @@ export async function show(main, shared, [wanted]) {
   const chooser = choice(known);
   chooser.addEventListener('change', () => {
     if (unsaved && JSON.stringify(style.values) !== opened && !confirm(`Leave the changes of ${style.name}? They are not kept.`)) { chooser.value = facts.name; return; }
-    unsaved = false; drafts.keep('style', { plan, seed }, unkept); location.hash = `style/${encodeURIComponent(chooser.value)}`;
+    unsaved = false; keep({ style: undefined }); location.hash = `style/${encodeURIComponent(chooser.value)}`;
   });
   async function keepIt() {
     const own = facts.own && style.name === facts.name, put = (/** @type {boolean} */ replace) => request('POST', '/api/styles', { style: draft(), replace });
@@ -515,7 +516,7 @@ export async function show(main, shared, [wanted]) {
       saveRefusal.textContent = error.message;
       return;
     }
-    unsaved = false; drafts.keep('style', { plan, style, seed, unsaved }, unkept);
+    unsaved = false; keep();
     say(own ? 'It is kept in its file.' : `It is kept: choose ${style.name} under Style on the page Write.`);
     shared.refresh();
   }
@@ -533,9 +534,10 @@ export async function show(main, shared, [wanted]) {
     }
   });
 
-  const word = h('input', { value: before.word || 'minimum', maxlength: 40, autocomplete: 'off' });
+  const word = h('input', { value: 'minimum', maxlength: 40, autocomplete: 'off' });
   const hand = handChoice(shared.choices.hands.filter((one) => one.drawn));
   hand.value = 'house-print';
+  drafts.remember('word', { word, hand, samples });
   const wordNote = h('p', { class: 'quiet', 'aria-live': 'polite' });
   for (const control of [word, hand]) control.addEventListener('input', soonWord);
   function begin(/** @type {Plan} */ next) {
@@ -564,17 +566,18 @@ export async function show(main, shared, [wanted]) {
   });
 
   const photoBox = h('div', { class: 'grid' });
-  const photoInput = picker('Photograph', 'Drop it here: PNG, JPEG or WebP. It stays in this browser.', { accept: 'image/png,image/jpeg,image/webp' }, async ([file]) => {
+  const photoInput = picker('Photograph', 'Drop it here: PNG, JPEG or WebP. It stays on this computer.', { accept: 'image/png,image/jpeg,image/webp' }, async ([file]) => {
     try {
-      const bitmap = await createImageBitmap(file);
+      const bitmap = await createImageBitmap(file), id = await upload(file);
+      if (photo) takeAway(photo.id);
       const [wide, high] = plan.page, width = Math.min(wide, (high * bitmap.width) / bitmap.height);
-      photo = { bitmap, x: (wide - width) / 2, y: 0, width, opacity: 0.5 };
+      photo = { bitmap, id, x: (wide - width) / 2, y: 0, width, opacity: 0.5 };
       refusal.textContent = '';
     } catch {
       photo = null;
       refusal.textContent = 'That picture cannot be shown: take a PNG, JPEG or WebP.';
     }
-    photoFields(true); paint();
+    photoFields(true); paint(); keep();
   });
   const [shiftLabel, shift] = tick('Drag the photograph', {});
   shift.addEventListener('change', () => { moving = shift.checked; });
@@ -582,13 +585,13 @@ export async function show(main, shared, [wanted]) {
     if (anew) {
       const one = (/** @type {string} */ label, /** @type {string} */ key, /** @type {object} */ attributes) => {
         const control = h('input', { 'data-key': key, ...attributes });
-        control.addEventListener('input', () => { if (control.value !== '') { photo[key] = Number(control.value); paint(); } });
+        control.addEventListener('input', () => { if (control.value !== '') { photo[key] = Number(control.value); paint(); keep(); } });
         return field(label, control);
       };
       photoBox.replaceChildren(...(photo ? [
         one('Opacity', 'opacity', { type: 'range', min: 0, max: 1, step: 0.05 }), one('Width, mm', 'width', { type: 'number', min: 1, step: 'any' }),
         one('From the left, mm', 'x', { type: 'number', step: 'any' }), one('From the top, mm', 'y', { type: 'number', step: 'any' }),
-        h('div', { class: 'all row between' }, shiftLabel, button('Take it away', () => { photo = null; moving = shift.checked = false; photoFields(true); paint(); })),
+        h('div', { class: 'all row between' }, shiftLabel, button('Take it away', () => { takeAway(photo.id); photo = null; moving = shift.checked = false; photoFields(true); paint(); keep(); })),
       ] : []));
     }
     if (photo) for (const control of /** @type {NodeListOf<HTMLInputElement>} */ (photoBox.querySelectorAll('input[data-key]'))) if (control !== document.activeElement) control.value = String(tidy(photo[control.dataset.key ?? ''], 2));
@@ -634,6 +637,7 @@ export async function show(main, shared, [wanted]) {
     unsaved = true;
     if (wanted) say('Your changes of last time are here, not kept yet.');
   }
+  if (before.photo) await blob(`/api/uploads/${before.photo.id}`).then(createImageBitmap).then((bitmap) => { photo = { ...before.photo, bitmap }; photoFields(true); }).catch(() => { refusal.textContent = 'The photograph is not here any more: give it again.'; });
   name.value = style.name; chooser.value = facts.name;
   clean = state();
   knobs(); fit(); pick(1); solve(); soonWord();

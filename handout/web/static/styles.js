@@ -11,7 +11,8 @@ const PAUSE = 300; // ms after the last key
 /** @type {Show} */
 export async function show(main, shared) {
   const before = await drafts.kept('style'), gone = new AbortController(), unkept = refusal();
-  const word = h('input', { value: before.word || 'minimum', maxlength: 40, autocomplete: 'off' });
+  const word = h('input', { value: 'minimum', maxlength: 40, autocomplete: 'off' });
+  drafts.remember('word', { word });
 
   /** A style: what it is called, what it looks like, and the word in it.  @param {string} name */
   function card(name) {

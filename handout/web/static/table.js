@@ -1,7 +1,7 @@
 // The page Letters from a table: the table, the letter beside a page of any row, paper, a proof to approve, the making.
 
 /** @import { Batch, Machines, Row, Show, Table } from './types' */
-import { blob, fileOf, request, task, text as fetched, upload } from './api.js';
+import { blob, fileOf, request, task, text as fetched, takeAway, upload } from './api.js';
 import { kept as made } from './kept_table.js';
 import { button, choice, field, grouped, guarded, h, handChoice, machine, more, named, picker, refusal, SIZES, steps, tick } from './dom.js';
 import * as drafts from './drafts.js';
@@ -47,7 +47,7 @@ export async function show(main, shared, [name]) {
       if (error.status !== 422 || !error.message.includes('send it again')) throw error;
       known = /** @type {any} */ (null);
       keep({ upload: '', step: 0 });
-      throw new Error(`The studio was closed since: give ${draft.name || 'the table'} once more. Your letter is kept.`);
+      throw new Error(`${draft.name || 'The table'} is not here any more: give it once more. Your letter is kept.`);
     }
   }
   const given = guarded(refused, async (/** @type {File[]} */ [file], letter = '') => {
@@ -56,7 +56,7 @@ export async function show(main, shared, [name]) {
     keep({ upload: sent, name: file.name, ...(letter ? { letter, markdown: false } : {}) });
     try {
       await look();
-      if (before.upload) request('DELETE', `/api/uploads/${before.upload}`).catch(() => {});
+      if (before.upload) takeAway(before.upload);
     } catch (/** @type {any} */ error) {
       keep({ upload: before.upload, name: before.name });
       throw error;

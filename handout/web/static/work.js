@@ -3,6 +3,7 @@
 /** @import { Heard, Run } from './types' */
 import { blob, fileOf, task } from './api.js';
 import { button, field, h } from './dom.js';
+import { remember } from './drafts.js';
 
 /** A line that shows how far work has come, and can cancel it: what `run` runs, or by `cancelled` something else.  @param {(() => void) | null} [cancelled] */
 export function progress(cancelled = null) {
@@ -42,6 +43,7 @@ export function drawing(source, label) {
 /** A form that writes a line in a hand; `run` shows its progress, `ready` is waited for, `over` hears why it was refused, or nothing.  @param {string} name @param {string} label @param {Run} run @param {() => Promise<any>} ready @param {(error?: any) => void} over */
 export function lineIn(name, label, run, ready, over, main = false) {
   const line = h('input', { value: 'a quick look at it', maxlength: 80 }), written = h('figure', { class: 'sheet' });
+  remember('line', { line });
   return h('form', {
     'aria-label': label,
     async onsubmit(/** @type {Event} */ event) {

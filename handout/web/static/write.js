@@ -3,7 +3,7 @@
 /** @import { Box, Choices, Done, Machines, Show, Snapshot, Word, Written } from './types' */
 /** @typedef {HTMLInputElement | HTMLSelectElement | HTMLTextAreaElement} Control */
 /** @typedef {{text: HTMLTextAreaElement, kind: HTMLSelectElement, hand: HTMLSelectElement, [name: string]: any}} Controls */
-import { request, task, blob, text as fetched, fileOf, upload } from './api.js';
+import { request, task, blob, text as fetched, fileOf, stillThere, takeAway, upload } from './api.js';
 import * as drafts from './drafts.js';
 import { button, choice, field, guarded, h, handChoice, machine, picker, refusal as refusals, s, save, say, SIZES, tick } from './dom.js';
 import { appear, play } from './replay.js';
@@ -116,6 +116,7 @@ function called(text) {
 /** @type {Show} */
 export async function show(main, shared, [hand]) {
   const kept = { ...await drafts.kept('draft'), ...(hand ? { hand, rewritten: [] } : {}) };
+  for (const [name, id] of kept.pictures || []) if (kept.text.includes(`](${name})`)) sent.set(name, id); else takeAway(id);
   if (hand) history.replaceState(null, '', '#write'); // once: another hand that is chosen here stays when the page is loaded anew
   const machines = Object.fromEntries(shared.choices.plotters.map((one) => [one.name, one.title]));
   const made = controls(shared.choices, kept);
@@ -176,7 +177,7 @@ export async function show(main, shared, [hand]) {
   const folded = (/** @type {string} */ which) => /** @type {HTMLDetailsElement} */ (form.querySelector(which)).open;
   function keep() {
     const values = Object.fromEntries(Object.entries(made).map(([name, control]) => [name, control.value]));
-    drafts.keep('draft', { ...values, fallback: lend.checked, fit: fit.checked, more: folded('.more'), looks: folded('.looks'), rewritten: [...rewritten], margin }, unkept);
+    drafts.keep('draft', { ...values, fallback: lend.checked, fit: fit.checked, more: folded('.more'), looks: folded('.looks'), rewritten: [...rewritten], margin, pictures: [...sent] }, unkept);
     pictures.hidden = made.kind.value !== 'letter';
     made.colour.hidden = made.ink.value !== 'other';
     made.legible.parentElement.hidden = Boolean(quick()); // drawn hands are as legible as they were drawn
@@ -426,6 +427,7 @@ export async function show(main, shared, [hand]) {
     if (before.device in machines) device.value = before.device;
     const printer = h('select', { required: true }, h('option', { value: '' }, 'Looking for printers …'));
     const [inksLabel, inks] = tick('A pen for each ink'); // a letter file may have several
+    drafts.remember('make', { copies, inks });
     inksLabel.hidden = made.kind.value !== 'letter';
     const program = field('For the plotter', made.device), shown = () => { program.hidden = !PROGRAMS.includes(made.format.value); };
     made.format.addEventListener('input', shown);
@@ -470,6 +472,11 @@ export async function show(main, shared, [hand]) {
   const watch = new ResizeObserver(fitted);
   watch.observe(paper);
   keep();
+  if (sent.size) {
+    const there = await stillThere().catch(() => null), lost = [...sent].filter(([, id]) => there && !there.has(id)).map(([name]) => name);
+    for (const name of lost) sent.delete(name);
+    if (lost.length) refusal.textContent = `Not here any more, give it again: ${lost.join(', ')}.`;
+  }
   drawn(true);
   return () => { coming?.abort(); stopped?.(); clearTimeout(waiting); watch.disconnect(); };
 }

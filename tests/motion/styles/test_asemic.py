@@ -1,11 +1,9 @@
 """Asemic glyphs: the genetic algorithm and the tags made of its asemic."""
 
-from itertools import permutations
+from itertools import combinations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from handout.errors import InputError
 from handout.motion.styles import asemic, style
@@ -14,26 +12,16 @@ from handout.values import Page
 PAGE = Page(148.0, 105.0)
 
 
-@settings(max_examples=60)
-@given(st.data(), st.integers(2, 9))
-def test_crossover_keeps_permutations(data, m):
-    a, b = (np.array(data.draw(st.permutations(range(m)))) for _ in range(2))
-    low = data.draw(st.integers(0, m))
-    high = data.draw(st.integers(low, m))
-    child = asemic.crossover(a, b, low, high)
-    assert sorted(child.tolist()) == list(range(m))
-    assert child[low:high].tolist() == a[low:high].tolist()
-    same = [at for at in (*range(low), *range(high, m)) if b[at] not in a[low:high]]
-    assert child[same].tolist() == b[same].tolist()
-
-
 @pytest.mark.parametrize("seed", range(5))
-def test_finds_the_best_order_of_few_targets_or_nearly(seed):
-    rng = np.random.default_rng(seed)
-    places = asemic.scatter_targets(6, rng)
-    best = asemic.fitness(np.array(list(permutations(range(6)))), places).max()
-    found = asemic.fitness(asemic.best_order(places, rng)[None], places)[0]
-    assert found >= 0.98 * best
+def test_no_two_targets_of_the_best_order_change_places_for_a_better_one(seed):
+    places = asemic.scatter_targets(6, np.random.default_rng(seed))
+    best = asemic.best_order(places)
+    assert sorted(best.tolist()) == list(range(6))
+    others = [best.copy() for _ in combinations(range(6), 2)]
+    for other, pair in zip(others, combinations(range(6), 2), strict=True):
+        other[list(pair)] = best[list(pair[::-1])]
+    worth = asemic.fitness(np.array([best, *others]), places)
+    assert worth.argmax() == 0 and worth[0] > asemic.fitness(np.arange(6)[None], places)[0]
 
 
 def test_down_and_to_the_right_are_better():
