@@ -94,7 +94,7 @@ def write(row: TableRow) -> list[BatchPage]:
 
 
 def _blank(dpi: int) -> Raster:
-    return Raster(np.zeros((2, 2, 4), dtype=np.float32), dpi)
+    return Raster(np.zeros((2, 2, 4), dtype=np.uint8), dpi)
 
 
 def _line(number: float, page: Page) -> Drawing:

@@ -24,6 +24,7 @@ from handout.colour.models.forward import Patches
 from handout.colour.reading import read_scans
 from handout.colour.reading.scan_files import ChartScan
 from handout.colour.table import ColourTable, apply, build
+from handout.inking.plain import flatten
 from handout.simulated.flatbed import Flatbed
 from handout.simulated.printer import Inkjet
 from handout.values import Array, Raster
@@ -234,8 +235,7 @@ def speed(printer: Printer) -> None:
     """Milliseconds a megapixel (of the processor, best of 9) of a page of handwriting, in this run."""
     table = build(fit(scanned(printer, "0.25", np.random.default_rng(1))))
     raster = handwriting(table)
-    cover = raster.rgba[..., 3:]
-    page = np.rint(255 * (1 - cover * (1 - raster.rgba[..., :3]))).astype(np.uint8)
+    page = flatten(raster)
     print("milliseconds of the processor for a megapixel of handwriting")
     took = {
         "apply, 6 % inked": best(lambda: apply(raster, table)),
@@ -254,7 +254,7 @@ def handwriting(table: ColourTable) -> Raster:
     rough = gaussian_filter(rng.random((1000, 1000)), 3)
     cover = np.clip((rough - np.quantile(rough, 1 - SHARE)) * 400, 0, 1)
     ink = np.array([0.15, 0.18, 0.45]) + 0.1 * rng.random((1000, 1000, 3))
-    return Raster(np.dstack([ink, cover]).astype(np.float32), 300)
+    return Raster(np.rint(np.dstack([ink, cover]) * 255).astype(np.uint8), 300)
 
 
 def little_cms(page: NDArray[np.uint8]) -> Callable[[], object]:

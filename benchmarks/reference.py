@@ -95,7 +95,7 @@ def amount(model: str, text: str, size: str, seed: int) -> NDArray[np.float32]:
     rng = np.random.default_rng([seed])
     drawing = trace(compose(text, hand, layout, rng, pages=1)[0], hand, rng)
     kind = usual(model)
-    rgba = pens.ink(drawing, FINE, kind, pens.noise({"seed": seed})).rgba
+    rgba = pens.ink(drawing, FINE, kind, pens.noise({"seed": seed})).rgba / 255
     colour = np.asarray(rgb(kind.colour))
     k = int(colour.argmin())
     return np.asarray(np.log(np.maximum(1 - rgba[..., 3] * (1 - rgba[..., k]), 1e-3)) / np.log(max(colour[k], 1e-3)))
@@ -145,12 +145,12 @@ def judged(name: str, ink: Ink, scribble: Scribble, colours: ColourTable, papers
     seen = flatbed.see(one)
     clear = (seen / white).min(axis=1, keepdims=True)
     rgba = np.hstack([np.clip((seen - clear * white) / np.maximum(1 - clear, 1e-3), 0, 1), 1 - clear])
-    outs = [Raster(part[None].astype(np.float32), DPI) for part in (rgba, found.inks(rgba))]
-    wanted = np.clip(lay_on(np.asarray(outs[1].rgba[0], dtype=np.float64), np.asarray(colours.paper)), 0, 1)
+    outs = [Raster(np.rint(part[None] * 255).astype(np.uint8), DPI) for part in (rgba, found.inks(rgba))]
+    wanted = np.clip(lay_on(outs[1].rgba[0] / 255, np.asarray(colours.paper)), 0, 1)
     reached = reach(wanted, colours).lost < SEEN
     printed = []
     for out in outs:
-        sent = apply(out, colours).rgba[0].astype(np.float64)
+        sent = apply(out, colours).rgba[0] / 255
         printed.append(Inkjet(papers[1]).reflectance(np.rint(255 * (1 - sent[:, 3:] * (1 - sent[:, :3]))) / 255))
 
     def scanned(part: Array) -> Array:

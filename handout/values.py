@@ -200,13 +200,13 @@ class Drawing:
 class Raster:
     """Pixels on a page.
 
-    rgba : (h, w, 4) float32 in 0–1, straight alpha, device RGB.
+    rgba : (h, w, 4) uint8, straight alpha, device RGB; floats, in 0–1, are rounded to it.
     dpi : pixels per inch.
     origin : (x, y) of the top left corner on the page, mm.
     rows : the first row with ink and the one behind the last, where that is known: the others need not be looked at.
     """
 
-    rgba: NDArray[np.float32]
+    rgba: NDArray[np.uint8]
     dpi: float
     origin: tuple[float, float] = (0.0, 0.0)
     rows: tuple[int, int] | None = None
@@ -214,12 +214,20 @@ class Raster:
     __repr__, _repr_png_ = one_line, as_png
 
     def __post_init__(self) -> None:
-        rgba = np.asarray(self.rgba, dtype=np.float32)
+        rgba = np.asarray(self.rgba)
         if rgba.ndim != 3 or rgba.shape[2] != 4:
             raise ValueError(f"expected (h, w, 4), got {rgba.shape}")
+        if rgba.dtype != np.uint8:
+            rgba = np.rint(np.clip(rgba, 0, 1) * 255).astype(np.uint8)
+            rgba[rgba[..., 3] == 0] = 0
         rgba = rgba.view()
         rgba.flags.writeable = False
         object.__setattr__(self, "rgba", rgba)
+
+    @property
+    def inked(self) -> NDArray[np.uint32]:
+        """(h, w): 0 where there is no ink."""
+        return np.ascontiguousarray(self.rgba).view(np.uint32)[..., 0]
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,7 +12,6 @@ from functools import cached_property
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from handout.calibrating import store
 from handout.calibrating.pen_reference import FrameReference, Kind, of_calibration
@@ -52,12 +51,12 @@ def seen_by_chart(samples: Array, reference: FrameReference | None) -> Array:
     return np.asarray(reference.match.inks(samples), dtype=np.float64)
 
 
-def of_raster(rgba: Array | NDArray[np.float32], most: int = _MOST) -> Array:
-    """Samples, evenly over the pixels of a raster (h, w, 4) that have ink."""
-    pixels = rgba.reshape(-1, 4)
-    inked = np.flatnonzero(pixels[:, 3] > _LEAST)
+def of_raster(raster: Raster, most: int = _MOST) -> Array:
+    """Samples, evenly over the pixels of a raster that have ink."""
+    pixels = raster.rgba.reshape(-1, 4)
+    inked = np.flatnonzero(pixels[:, 3] > _LEAST * 255)
     step = max(1, -(-len(inked) // most))
-    return np.asarray(pixels[inked[::step]], dtype=np.float64)
+    return np.asarray(pixels[inked[::step]] / 255)
 
 
 def usual(count: int) -> Array:
@@ -95,11 +94,11 @@ def of_hand(name: str, pen: Pen | None = None) -> Array:
 
     drawing = _write_sample(find(name), np.random.default_rng([0]))
     if drawing.ink is not None:
-        return of_raster(drawing.ink(_DPI).rgba)
+        return of_raster(drawing.ink(_DPI))
     from handout.inking import pens
     from handout.inking.pen import usual as usual_pen
 
-    return of_raster(pens.ink(drawing, _DPI, pen or usual_pen("ballpoint"), pens.noise({"seed": 0})).rgba)
+    return of_raster(pens.ink(drawing, _DPI, pen or usual_pen("ballpoint"), pens.noise({"seed": 0})))
 
 
 def reach_of(name: str, table: ColourTable, reference: FrameReference | None = None, pen: Pen | None = None) -> Reach:
@@ -227,7 +226,7 @@ class CalibratedInk:
         if self.reference is not None and self.reference.match is not None:
             raster = self.reference.match.raster(raster)
         if len(self._seen) < _PAGES:
-            samples = of_raster(np.asarray(raster.rgba), _SAMPLED)
+            samples = of_raster(raster, _SAMPLED)
             if len(samples):
                 self._seen.append(samples)
         return apply(raster, self._table)

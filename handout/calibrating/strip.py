@@ -126,7 +126,7 @@ def make(
     grey = np.arange(len(rgba)) >= len(ink)
     bare = np.ones((_WHITES, 3))
     # the function that pages go through takes a raster
-    matched = np.asarray(apply(Raster(rgba[None].astype(np.float32), 300), table).rgba[0], dtype=np.float64)
+    matched = np.asarray(apply(Raster(np.rint(rgba[None] * 255).astype(np.uint8), 300), table).rgba[0]) / 255
     return VerificationStrip(
         np.concatenate([wanted, wanted, np.repeat(white[None], _WHITES, axis=0)]),
         np.concatenate([_lay_on_white(rgba), _lay_on_white(matched), bare]),

@@ -285,11 +285,9 @@ class InkMatch:
 
         The cover grows only where ink of the given cover cannot be dark enough.
         """
-        pixels = raster.rgba.reshape(-1, 4)
-        inked = np.flatnonzero(pixels[:, 3] != 0)
-        out = raster.rgba.copy()
+        inked, out = np.flatnonzero(raster.inked), raster.rgba.copy()
         if len(inked):
-            out.reshape(-1, 4)[inked] = self.inks(pixels.take(inked, axis=0).astype(np.float64))
+            out.reshape(-1, 4)[inked] = np.rint(self.inks(out.reshape(-1, 4).take(inked, axis=0) / 255) * 255)
         return Raster(out, raster.dpi, raster.origin)
 
     def inks(self, rgba: Array) -> NDArray[np.float32]:

@@ -144,11 +144,10 @@ def apply(raster: Raster, table: ColourTable) -> Raster:
     Source: seed 000, §7.1; Porter and Duff 1984 (over).
     """
     white = np.asarray(table.paper, dtype=np.float32)
-    pixels = raster.rgba.reshape(-1, 4)
-    inked = np.flatnonzero(pixels[:, 3] != 0)
-    out = raster.rgba.copy()
+    inked, out = np.flatnonzero(raster.inked), raster.rgba.copy()
     if len(inked):
-        out.reshape(-1, 4)[inked] = _match_ink(pixels.take(inked, axis=0), table, white)
+        ink = np.asarray(out.reshape(-1, 4).take(inked, axis=0) / 255, dtype=np.float32)
+        out.reshape(-1, 4)[inked] = np.rint(_match_ink(ink, table, white) * 255)
     return Raster(out, raster.dpi, raster.origin)
 
 

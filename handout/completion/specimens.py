@@ -128,7 +128,8 @@ def _page_pixels(
             if part.source != NO_PAGE
         )
         scanned.append(Line(specimen.letter, placed, 0.0))
-    rgba = texture(Manuscript(tuple(scanned), page, like.x_height), hand, like.dpi).rgba.copy()
+    written = texture(Manuscript(tuple(scanned), page, like.x_height), hand, like.dpi)
+    rgba = np.asarray(written.rgba / 255, dtype=np.float32)
     ways = [
         replace(way, xy=(spot + way.xy * [like.pitch, -like.pitch]) / like.pixel - 0.5)
         for specimen, spot in zip(specimens, spots, strict=True)

@@ -31,7 +31,7 @@ def mix_inks(rasters: Iterable[Raster]) -> Raster:
         top, bottom = _rows(raster)
         over, under = raster.rgba[top:bottom], rgba[top:bottom]
         at = np.nonzero(over[:, :, 3])
-        under[at] = _ink(_light(over[at]) * _light(under[at]))
+        under[at] = purest_ink(passed_light(over[at]) * passed_light(under[at]))
         begin, end = min(begin, top), max(end, bottom)
     return Raster(rgba, first.dpi, first.origin, (min(begin, end), end))
 
@@ -49,8 +49,8 @@ def recolour_ink(raster: Raster, was: str, colour: str) -> Raster:
     part = raster.rgba[top:bottom]
     at = np.nonzero(part[:, :, 3])
     # the channels that the ink absorbs most tell best how much of it there is
-    amount = -np.log(np.maximum(_light(part[at]), _DARKEST)) @ before / max(float(before @ before), 1e-6)
-    rgba[top:bottom][at] = _ink(np.exp(-amount[:, None] * after))
+    amount = -np.log(np.maximum(passed_light(part[at]), _DARKEST)) @ before / max(float(before @ before), 1e-6)
+    rgba[top:bottom][at] = purest_ink(np.exp(-amount[:, None] * after))
     return Raster(rgba, raster.dpi, raster.origin, raster.rows)
 
 
@@ -77,12 +77,14 @@ def _rows(raster: Raster) -> tuple[int, int]:
     return raster.rows if raster.rows is not None else (0, len(raster.rgba))
 
 
-def _light(rgba: NDArray[np.float32]) -> NDArray[np.floating]:
-    """(n, 3): what passes through ink (n, 4), straight alpha."""
-    return np.asarray(1 - rgba[:, 3:] * (1 - rgba[:, :3]))
+def passed_light(rgba: NDArray[np.uint8]) -> NDArray[np.float32]:
+    """(n, 3), 0–1: what passes through ink (n, 4), straight alpha."""
+    return np.asarray(1 - rgba[:, 3:] * (255 - rgba[:, :3]).astype(np.float32) / (255 * 255), dtype=np.float32)
 
 
-def _ink(light: NDArray[np.floating]) -> NDArray[np.floating]:
+def purest_ink(light: NDArray[np.floating]) -> NDArray[np.uint8]:
     """(n, 4), straight alpha: the purest ink through which so much light (n, 3) passes."""
     clear = light.min(axis=1, keepdims=True)
-    return np.concatenate([(light - clear) / np.maximum(1 - clear, 1e-6), 1 - clear], axis=1)
+    colour = (light - clear) / np.maximum(1 - clear, 1e-6)
+    ink = np.rint(np.concatenate([colour, 1 - clear], axis=1) * 255).astype(np.uint8)
+    return np.where(ink[:, 3:] > 0, ink, 0)

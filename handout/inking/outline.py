@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from handout.inking.curves import Curve
+from handout.inking.mixing import passed_light
 from handout.values import NIB_THICKNESS, Array, Drawing, Indices, Raster, Stroke
 
 _POINTS_APART = 0.3  # of the thickness: distance of the points that stand for an edge
@@ -179,7 +180,7 @@ def areas(raster: Raster) -> list[tuple[str, list[Array]]]:
     from skimage.measure import find_contours
 
     scale = raster.dpi / 25.4
-    alpha = np.pad(raster.rgba[..., 3], 1)
+    alpha = np.pad(raster.rgba[..., 3] / np.float32(255), 1)
     size = 2 * max(round(_ABOUT * scale), 1) + 1
     most = cv2.GaussianBlur(cv2.dilate(alpha, np.ones((size, size), np.uint8)), (size, size), 0)
     share = alpha / np.maximum(most, _PALEST)
@@ -206,7 +207,7 @@ def areas(raster: Raster) -> list[tuple[str, list[Array]]]:
 
 def _inks(raster: Raster, label: Indices, count: int) -> tuple[Indices, list[str]]:
     """Which ink each of `count` pieces, whose numbers `label` (h, w) has, is of (0 is none), and the inks' colours."""
-    taken = (raster.rgba[..., 3:] * (1 - raster.rgba[..., :3])).reshape(-1, 3)  # of the white of the paper
+    taken = 1 - passed_light(raster.rgba.reshape(-1, 4))  # of the white of the paper
     size = np.bincount(label.ravel(), minlength=count)[1:]
     sums = np.stack([np.bincount(label.ravel(), taken[:, k], count)[1:] for k in range(3)], axis=1)
     way = sums / np.maximum(np.linalg.norm(sums, axis=1, keepdims=True), 1e-9)

@@ -162,7 +162,7 @@ def lay_ink(raster: Raster, ground: NDArray[np.uint8] | None = None) -> NDArray[
         return flat
     under = ground.reshape(-1, 3)
     page = ground.copy()
-    for at in plain.inked_parts(raster.rgba[..., 3], raster.rows):
+    for at in plain.inked_parts(raster.inked, raster.rows):
         light = flat.reshape(-1, 3)[at].astype(np.float32) / 255
         page.reshape(-1, 3)[at] = np.rint(under[at] * light)
     return page

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from handout.inking import flow, footprints, papers, plain
 from handout.inking.deposit import Ground
 from handout.inking.flow import Flow
+from handout.inking.mixing import passed_light, purest_ink
 from handout.inking.papers import tooth
 from handout.inking.pen import BY_FOOTPRINT, Pen, is_brush, rgb
 from handout.values import Drawing, Raster
@@ -150,15 +151,11 @@ def ink(drawing: Drawing, dpi: float, pen: Pen, rng: np.random.Generator) -> Ras
         return drawing.ink(dpi)
     if pen.model == "plain" and not any(stroke.colour for stroke in drawing.strokes):
         return plain.ink(drawing, dpi, width=pen.width, colour=rgb(pen.colour))
-    rgba = np.zeros((*plain.shape(drawing, dpi, pen.width), 4), dtype=np.float32)
+    rgba = np.zeros((*plain.shape(drawing, dpi, pen.width), 4), dtype=np.uint8)
     pixels, ends = rgba.reshape(-1, 4), [0]
     for at, light in _pass_colours(drawing, dpi, pen, rng):
         ends += [int(at.min()), int(at.max()) + rgba.shape[1]] if len(at) else []
-        light = light * (1 - pixels[at, 3:] * (1 - pixels[at, :3]))  # of another colour that is there already
-        clear = light.min(axis=1, keepdims=True)
-        cover = 1 - clear
-        pixels[at, 3:] = cover
-        pixels[at, :3] = (light - clear) / np.maximum(cover, 1e-6)
+        pixels[at] = purest_ink(light * passed_light(pixels[at]))  # through another colour that is there already
     return Raster(rgba, dpi, rows=(min(ends[1:], default=0) // rgba.shape[1], max(ends) // rgba.shape[1]))
 
 

@@ -92,9 +92,9 @@ def ink(
         The whole page, (h, w, 4); pixels without ink are zero in all channels, and take memory only near ink.
     """
     cover = coverage(drawing, dpi, width=width, variation=variation)
-    rgba = np.zeros((*cover.shape, 4), dtype=np.float32)
-    table = np.empty((256, 4), dtype=np.float32)
-    table[:, :3], table[:, 3] = colour, np.arange(256, dtype=np.float32) / 255
+    rgba = np.zeros((*cover.shape, 4), dtype=np.uint8)
+    table = np.empty((256, 4), dtype=np.uint8)
+    table[:, :3], table[:, 3] = np.rint(np.multiply(colour, 255)), np.arange(256)
     pixels, rows = rgba.reshape(-1, 4), np.append(np.flatnonzero(cover.any(axis=1)), -1)
     inked = max(int(rows[0]), 0), int(rows.max()) + 1
     for at in inked_parts(cover, inked):
@@ -129,15 +129,14 @@ def shades(colour: Colour = COLOUR, paper: Colour = WHITE) -> NDArray[np.uint8]:
 
 def flatten(raster: Raster, paper: Colour = WHITE) -> NDArray[np.uint8]:
     """(h, w, 3) uint8, device RGB: the raster on paper of an even colour (r, g, b in 0–1)."""
-    base = np.asarray(paper, dtype=np.float32)
+    base = np.clip(np.asarray(paper, dtype=np.float32), 0, 1) * 255
     height, width = raster.rgba.shape[:2]
     flat = np.empty((height, width, 3), dtype=np.uint8)
-    flat[:] = np.tile(np.rint(np.clip(base, 0, 1) * 255).astype(np.uint8), (width, 1))  # by rows: ten times as fast
+    flat[:] = np.tile(np.rint(base).astype(np.uint8), (width, 1))  # by rows: ten times as fast
     pixels = raster.rgba.reshape(-1, 4)
-    for at in inked_parts(raster.rgba[..., 3], raster.rows):
-        rgba = pixels[at]
-        mixed = base + (rgba[:, :3] - base) * rgba[:, 3:]
-        flat.reshape(-1, 3)[at] = np.rint(np.clip(mixed, 0, 1) * 255)
+    for at in inked_parts(raster.inked, raster.rows):
+        rgba = pixels[at].astype(np.float32)
+        flat.reshape(-1, 3)[at] = np.rint(base + (rgba[:, :3] - base) * (rgba[:, 3:] / 255))
     return flat
 
 

@@ -107,11 +107,7 @@ def texture(manuscript: Manuscript, hand: ScannedHand, dpi: float, *, margin: fl
             more = layer.rgba[:, :, 3:] > under[:, :, 3:]
             np.copyto(under.view(np.uint32), np.ascontiguousarray(layer.rgba).view(np.uint32), where=more)
             first, end = min(first, y), max(end, y + h)
-    rows = min(first, end), end
-    rgba = np.zeros((height, width, 4), dtype=np.float32)
-    at = np.flatnonzero(page[slice(*rows)].view(np.uint32)) + rows[0] * width
-    rgba.reshape(-1, 4)[at] = page.reshape(-1, 4)[at] / np.float32(255)
-    return Raster(rgba, dpi, rows=rows)
+    return Raster(page, dpi, rows=(min(first, end), end))
 
 
 def _shape(manuscript: Manuscript, dpi: float) -> tuple[int, int]:

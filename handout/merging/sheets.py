@@ -59,7 +59,7 @@ def _paste_inks(inked: Sequence[tuple[Drawing, tuple[float, float]]]) -> Callabl
         sizes = [raster.rgba.shape[:2] for raster, _ in rasters]
         width = max(x + w for (x, _), (_, w) in zip(places, sizes, strict=True)) - left
         height = max(y + h for (_, y), (h, _) in zip(places, sizes, strict=True)) - top
-        rgba = np.zeros((height, width, 4), dtype=np.float32)
+        rgba = np.zeros((height, width, 4), dtype=np.uint8)
         for (x, y), (raster, _) in zip(places, rasters, strict=True):
             there = rgba[y - top : y - top + raster.rgba.shape[0], x - left : x - left + raster.rgba.shape[1]]
             np.copyto(there, raster.rgba, where=raster.rgba[..., 3:] > there[..., 3:])

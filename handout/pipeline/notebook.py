@@ -8,6 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from handout.inking.plain import flatten
 from handout.pipeline.options import SheetOptions, WritingOptions
 from handout.pipeline.writing import drawings
 from handout.sinks.png import to_png
@@ -41,9 +42,7 @@ def png(value: Drawing | Raster | ScannedHand) -> bytes | None:
         return None if value.ink is None else png(value.ink(_DPI))
     if not isinstance(value, Raster):
         return _pixels(value.pages[0].on_paper(), value.pages[0].dpi)
-    cover = value.rgba[..., 3:]
-    paper = value.rgba[..., :3] * cover + (1 - cover)
-    return _pixels(np.rint(np.clip(paper, 0, 1) * 255).astype(np.uint8), value.dpi)
+    return _pixels(flatten(value), value.dpi)
 
 
 def _pixels(rgb: NDArray[np.uint8], dpi: float) -> bytes:

@@ -238,7 +238,7 @@ class _PageProof:
         ink = Image.fromarray(lay_ink(raster, None))
         whole.paste(ink, (round(raster.origin[0] * _DPI / 25.4), round(raster.origin[1] * _DPI / 25.4)))
         whole.quantize(32).save(stream, "PNG", optimize=True)
-        covered, data = float(raster.rgba[..., 3].sum()) / scale**2, stream.getvalue()
+        covered, data = float(raster.rgba[..., 3].sum()) / 255 / scale**2, stream.getvalue()
         return ProofPage(page.part, drawing.page, data, "", number, tuple(found), covered, drawing.pen_down, seconds)
 
     def _look_at(self, page: BatchPage) -> tuple[list[PageFinding], float]:

@@ -83,9 +83,7 @@ def _packed(pixels: NDArray[np.uint8], by_palette: bool) -> Iterator[bytes]:
 
 def _pixels(image: Raster | NDArray[np.uint8], paper: tuple[float, float, float] | None) -> NDArray[np.uint8]:
     if isinstance(image, Raster):
-        if paper is not None:
-            return plain.flatten(image, paper)
-        return np.rint(np.clip(image.rgba, 0, 1) * 255).astype(np.uint8)
+        return image.rgba if paper is None else plain.flatten(image, paper)
     if image.dtype != np.uint8 or image.ndim not in (2, 3) or (image.ndim == 3 and image.shape[2] not in (3, 4)):
         raise InputError(f"A PNG needs (h, w, 3) or (h, w) of uint8, not {image.shape} of {image.dtype}.")
     return image

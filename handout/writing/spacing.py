@@ -133,11 +133,12 @@ def _levels(of: Indices, low: Array, high: Array, height: Array, reach: float, c
     right = -left
     step = _HEIGHTS[1] - _HEIGHTS[0]
     lowest = np.ceil((height - reach - _HEIGHTS[0]) / step).astype(np.intp) - 1
-    at = np.clip(lowest + np.arange(int(2 * reach / step) + 3 if reach else 0)[:, None], 0, len(_HEIGHTS) - 1)
-    near = np.abs(height - _HEIGHTS[at]) < reach
-    cell = (of * len(_HEIGHTS) + at)[near]
-    np.minimum.at(left, cell, np.broadcast_to(low, at.shape)[near])
-    np.maximum.at(right, cell, np.broadcast_to(high, at.shape)[near])
+    for more in range(int(2 * reach / step) + 3 if reach else 0):
+        at = np.clip(lowest + more, 0, len(_HEIGHTS) - 1)
+        near = np.flatnonzero(np.abs(height - _HEIGHTS[at]) < reach)
+        cell = of[near] * len(_HEIGHTS) + at[near]
+        np.minimum.at(left, cell, low[near])
+        np.maximum.at(right, cell, high[near])
     return left.reshape(count, -1), right.reshape(count, -1)
 
 

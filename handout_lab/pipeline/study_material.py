@@ -328,7 +328,7 @@ def _made(
         first = letters.stop + 1
         drawing = draw(page.manuscript, task, page.rng, {})
         assert drawing.ink is not None, "a scanned hand writes with ink"
-        rgba = np.array(drawing.ink(dpi).rgba)
+        rgba = np.asarray(drawing.ink(dpi).rgba / 255, dtype=np.float32)
         rgba[:, :, :3] *= rgba[:, :, 3:]
         ends = np.flatnonzero(rgba[:, :, 3].any(axis=0))[[0, -1]].astype(np.float64) * (25.4 / dpi)
         a, b = page.manuscript.lines[0].height_at(ends).tolist()

@@ -35,7 +35,7 @@ def test_what_is_sent_prints_as_the_ink_should_look(stored):
     rgb = np.random.default_rng(0).uniform(0.35, 0.6, (8, 8, 3))
     rgba = np.concatenate([rgb, np.full((8, 8, 1), 0.8)], axis=2)
     rgba[:, :3] = 0
-    sent = calibrated_ink.CalibratedInk(stored)(page(rgba)).rgba
+    sent = calibrated_ink.CalibratedInk(stored)(page(rgba)).rgba / 255
     table = stored.table()
     assert not sent[:, :3].any()  # paper stays paper
     plain, ink = rgba[:, 3:].reshape(-1, 4), sent[:, 3:].reshape(-1, 4)

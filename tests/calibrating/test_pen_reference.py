@@ -91,7 +91,9 @@ def test_a_page_is_printed_in_the_pens_colour(with_pen):
     made = calibrated_ink.CalibratedInk(with_pen, known, HAND)
     plain = calibrated_ink.CalibratedInk(with_pen)
     page = Raster(rgba, 300)
-    lighter, darker = (1 - one(page).rgba[0, 0, 3] * (1 - one(page).rgba[0, 0, :3]) for one in (made, plain))
+    lighter, darker = (
+        1 - share[3] * (1 - share[:3]) for share in (one(page).rgba[0, 0] / 255 for one in (made, plain))
+    )
     assert lighter.mean() > darker.mean() + 0.05
     assert made.facts()["pen"]["kind"] == "corrected"
 

@@ -107,8 +107,9 @@ def test_a_raster_lies_on_the_charts_paper_as_its_scan_would_show_it():
     rgba = np.random.default_rng(3).uniform(0.1, 0.9, (5, 6, 4)).astype(np.float32)
     rgba[..., :3] *= 0.8
     rgba[0] = 0
-    made = found.raster(Raster(rgba, DPI)).rgba.astype(float)
+    page = Raster(rgba, DPI)
+    rgba, made = page.rgba / 255, found.raster(page).rgba / 255
     assert not made[0].any()
     laid = rgba[..., :3] * rgba[..., 3:] + (1 - rgba[..., 3:]) * bare
     shown = made[..., :3] * made[..., 3:] + (1 - made[..., 3:]) * other
-    assert np.abs(shown[1:].reshape(-1, 3) - found.colours(laid[1:].reshape(-1, 3).astype(float))).max() < 2e-3
+    assert np.abs(shown[1:].reshape(-1, 3) - found.colours(laid[1:].reshape(-1, 3).astype(float))).max() < 1 / 255

@@ -69,5 +69,5 @@ def test_pixels_show_the_footprint(model, pen):
     amounts = []
     for more in (pen, {"pressure": 0.15, "rotation": 0.0}):
         page = Drawing((line(0.0, **more),), Page(40, 40))
-        amounts.append(float((ink(page, 150, usual(model), np.random.default_rng(0)).rgba[..., 3] > 0.3).sum()))
+        amounts.append(float((ink(page, 150, usual(model), np.random.default_rng(0)).rgba[..., 3] > 76).sum()))
     assert amounts[0] > 1.8 * amounts[1]

@@ -19,7 +19,7 @@ def written_word(hand, word, jitter):
     layout = Layout(page("90x50mm"), (6.0, 6.0, 6.0, 6.0), x_height=hand.x_height, align="left", jitter=jitter)
     manuscript = compose(word, hand, layout, np.random.default_rng(3))[0]
     inks = [placed.ink for line in manuscript.lines for placed in line.placed]
-    return inks, np.rint(texture(manuscript, hand, DPI).rgba * 255).astype(int)
+    return inks, texture(manuscript, hand, DPI).rgba.astype(int)
 
 
 def only_moved(inks):

@@ -139,7 +139,7 @@ def test_raster_and_image_agree() -> None:
     raster = plain.ink(drawing, 300, colour=(0.2, 0.3, 0.4))
     assert raster.rgba.shape == (236, 236, 4) and raster.dpi == 300 and raster.origin == (0.0, 0.0)
     inked = raster.rgba[..., 3] > 0
-    assert np.allclose(raster.rgba[inked, :3], [0.2, 0.3, 0.4]) and not raster.rgba[~inked].any()
+    assert (raster.rgba[inked, :3] == np.rint([51, 76.5, 102])).all() and not raster.rgba[~inked].any()
     paper = (0.9, 0.8, 1.0)
     image = plain.image(drawing, 300, colour=(0.2, 0.3, 0.4), paper=paper)
     assert np.abs(plain.flatten(raster, paper).astype(int) - image).max() <= 1

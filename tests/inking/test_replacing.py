@@ -41,15 +41,15 @@ def test_the_line_is_whole_and_all_in_the_other_ink(small_hand, red):
     manuscript = replace_pen(whole(small_hand), red)
     inks = [placed.ink for line in manuscript.lines for placed in line.placed]
     assert all(one.number == NOBODY and one.source == 0 for one in inks)
-    raster = texture(manuscript, red, 300.0)
-    shown = raster.rgba[raster.rgba[..., 3] > 0.1]
+    rgba = texture(manuscript, red, 300.0).rgba / 255
+    shown = rgba[rgba[..., 3] > 0.1]
     assert np.allclose(shown[:, :3], (1, 0, 0), atol=0.02)
     own = letters(small_hand)
     x, y = np.rint(small_hand.pages[0].graph.uv[own]).astype(int).T
-    assert (raster.rgba[y, x, 3] > 0.25).mean() > 0.97
+    assert (rgba[y, x, 3] > 0.25).mean() > 0.97
     near = owners(small_hand)
     was = picture(small_hand)[(near >= 0) & own[near], 3].sum() / 255
-    assert raster.rgba[..., 3].sum() == pytest.approx(was, rel=0.15), "as wide a line as before"
+    assert rgba[..., 3].sum() == pytest.approx(was, rel=0.15), "as wide a line as before"
 
 
 @pytest.mark.slow
@@ -87,7 +87,7 @@ def test_dots_stay_dots(small_hand, red):
     dot = ink(small_hand, int(small_hand.numbers_of_letter("j")[0])).graph
     one = dot.take([int(np.argmax(dot.xy[:, 1]))])
     manuscript = replace_pen(written([Ink(one, 0, 0)], page_of(small_hand)), red)
-    alpha = texture(manuscript, red, 600.0).rgba[..., 3]
+    alpha = texture(manuscript, red, 600.0).rgba[..., 3] / 255
     y, x = np.nonzero(alpha > 0.25)
     centre = one.xy[0] * 600 / 25.4 - 0.5
     assert len(x) > 8 and np.hypot(x - centre[0], y - centre[1]).max() < 16

@@ -20,8 +20,8 @@ def test_words_are_struck_in_the_authors_ink(small_hand):
     marks = [p for line in sheet.lines for p in line.placed if p.strokes]
     assert len(marks) == len(sheet.about["slips"]) > 1 and all(p.ink is None for p in marks)
     drawing = ink_drawing(sheet, small_hand)
-    rgba = drawing.ink(200.0).rgba
-    same = ink_drawing(sheet, small_hand).ink(200.0).rgba
+    rgba = drawing.ink(200.0).rgba / 255
+    same = ink_drawing(sheet, small_hand).ink(200.0).rgba / 255
     assert (rgba == same).all()
     xy = np.concatenate([np.linspace(a, b, 9) for p in marks for s in p.strokes for a, b in pairwise(s)])
     column, row = np.rint(xy / 25.4 * 200 - 0.5).astype(int).T
@@ -31,7 +31,7 @@ def test_words_are_struck_in_the_authors_ink(small_hand):
         tuple(Line(x.text, tuple(p for p in x.placed if not p.strokes), x.baseline) for x in sheet.lines),
         sheet.page, sheet.x_height,
     )  # fmt: skip
-    bare = ink_drawing(letters, small_hand).ink(200.0).rgba
+    bare = ink_drawing(letters, small_hand).ink(200.0).rgba / 255
     added = (rgba[..., 3] > 0.5) & (bare[..., 3] < 0.05)
     struck = sum(np.linalg.norm(np.diff(s, axis=0), axis=1).sum() for p in marks for s in p.strokes) / 25.4 * 200
     assert added.sum() > 0.4 * struck  # the rest lies over letters

@@ -183,7 +183,7 @@ def test_a_scanned_hand_writes_letters_in_other_inks(small_hand):
     task = prepare_letter(load(text), WritingOptions(hand=small_hand, seed=1), SheetOptions(page="A6"))
     pages = task.draw()
     ((page,), (drawing,)) = pages.manuscripts, pages.drawings
-    rgba = drawing.ink(100).rgba
+    rgba = drawing.ink(100).rgba / 255
     ink = rgba[rgba[:, :, 3] > 0.5][:, :3]
     red = ink[:, 0] > ink[:, 2] + 0.3
     assert 0.1 < red.mean() < 0.9

@@ -40,7 +40,7 @@ def test_transparent() -> None:
     image = opened(to_png(raster, paper=None))
     assert image.mode == "RGBA"
     alpha = np.asarray(image)[..., 3]
-    assert alpha[0, 0] == 0 and np.array_equal(alpha, np.rint(raster.rgba[..., 3] * 255))
+    assert alpha[0, 0] == 0 and np.array_equal(alpha, raster.rgba[..., 3])
 
 
 def test_ink_covers_what_the_pen_went_over() -> None:
