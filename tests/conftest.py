@@ -39,7 +39,8 @@ os.fsync = _no_sync
 # name service that ippeveprinter needs runs but once on a machine
 _TOGETHER = (
     "calibrating", "colour", "inking/test_brushes.py", "lab/author", "lab/score",
-    "printing/test_ippeveprinter.py", "reading", "web", "tagging/test_alignment.py", "tagging/test_page_tagging.py",
+    "motion/styles/test_seen_manner.py", "printing/test_ippeveprinter.py", "reading", "web",
+    "tagging/test_alignment.py", "tagging/test_page_tagging.py",
 )  # fmt: skip
 # which parse it once, or build it
 _OF_THE_CODE = ("tests/test_architecture.py", "tests/test_house.py", "tests/test_wheel.py")

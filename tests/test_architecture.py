@@ -99,7 +99,7 @@ MAY = {
     "lab.study": {"hand", "prompting", "simulated"},
     "lab.training": {
         "hand", "inking", "motion", "prompting", "reading", "scanning", "sources", "tagging", "writing", "lab.author",
-        "lab.reading",
+        "lab.reading", "completion", "pipeline",
     },
     "lab.pipeline": {"hand", "pipeline", "prompting", "scanning", "sources", "tagging", "lab.score", "lab.study"},
     "lab.cli": {"cli", "lab.pipeline", "pipeline"},

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Mapping
 from textwrap import shorten
 from typing import TYPE_CHECKING
@@ -78,21 +79,16 @@ def tell_slips(tally: Tally) -> str:
 
 
 def tell_doubts(tally: Tally) -> str:
-    """One sentence about the words that read as others; "" where there are none."""
-    letters = ", ".join(dict.fromkeys(letter for each in tally.unclear for letter in each["letters"]))
-    unclear = (
-        f" Strangers mostly take {letters} of this hand for other letters; {units.count(len(tally.unclear), 'word')} "
-        "with them: --legible lends clearer ones."
-        if tally.unclear
-        else ""
-    )
+    """One sentence about the words that strangers may misread; "" where there are none."""
     if not tally.doubtful:
-        return unclear
+        return ""
     named = [f"{doubt['word']} as {doubt['reads_as'] or 'nothing'}" for doubt in tally.doubtful[: units.MOST_NAMED]]
     more = len(tally.doubtful) - len(named)
+    (letter, count), *_ = Counter(doubt["letter"] for doubt in tally.doubtful).most_common(1)
     return (
-        f" May be misread: {', '.join(named)}{f' and {more} more' if more else ''}; other seeds choose other letters, "
-        f"--legible clearer ones.{unclear}"
+        f" May be misread: {', '.join(named)}{f' and {more} more' if more else ''}"
+        f"{f' ({count} for {letter})' if 1 < count < len(tally.doubtful) else ''}; other seeds choose other letters, "
+        "--legible clearer ones."
     )
 
 

@@ -23,6 +23,7 @@ from handout.hand.learnt import learnt
 from handout.hand.scanned import NOBODY, ScannedHand, ScannedPage
 from handout.reading import pictures
 from handout.reading.adaptation import adapted
+from handout.reading.misreading import shares_seen
 from handout.reading.pictures import Reader as Reader
 from handout.reading.pictures import log_probabilities
 from handout.reading.word_space import X_HEIGHT, drawn
@@ -156,16 +157,9 @@ def surprises(reader: Reader, pictures: Sequence[Array], letters: Sequence[str])
     return np.clip(-log_probabilities(reader.read_all(pictures), letters), 0.0, SETTINGS.most)
 
 
-def misread_letters(seen: Sequence[Array], words: Sequence[str]) -> list[list[float]]:
-    """Of every letter of words, 0–1, how probably it is another to who knows no author, given the words' pictures.
-
-    Of a picture that is too narrow for its word, which is not read letter by letter, all are an even chance.
-    """
-    readings = pictures.load().read_all(seen)
-    labels = [reading.labels(word) for reading, word in zip(readings, words, strict=True)]
-    shares = pictures.letter_shares(readings, labels)
-    right = [share[np.arange(len(own)), own] for share, own in zip(shares, labels, strict=True)]
-    return [np.where(np.isnan(share), 0.5, 1.0 - share).tolist() for share in right]
+def misread_letters(seen: Sequence[Array], words: Sequence[str]) -> list[Array]:
+    """Of every letter of words, how probably it is another to who knows no author, given the words' pictures."""
+    return shares_seen(pictures.load().read_all(seen), words)
 
 
 def usual_surprise(surprises: Array, letters: Sequence[str], alone: NDArray[np.bool_]) -> Array:

@@ -32,11 +32,9 @@ def work_out(hand: ScannedHand, *, strokes: bool = True) -> Mapping[str, Array]:
     from handout.hand.measures import ink_colours
     from handout.motion.recovery.letter_forms import HANDS
     from handout.motion.recovery.stroke_order import learn_strokes, stroke_order_model
-    from handout.pipeline.rereading import stranger_reader
     from handout.writing.glyph_index import index_glyphs
     from handout.writing.word_layout import layout_model
 
-    stranger_reader(hand)
     index_glyphs(hand)
     layout_model(hand)
     WritingManner(hand)

@@ -25,8 +25,8 @@ from handout.hand.author_reader import readable
 from handout.hand.corrections import AnyCorrection, KeepOut, Label
 from handout.hand.glyph_features import glyph_features
 from handout.hand.scanned import ScannedHand
-from handout.pipeline.rereading import SETTINGS as REREADING
-from handout.pipeline.rereading import ReadWord, Rereader, stranger_reader, write_words
+from handout.pipeline import rereading
+from handout.pipeline.rereading import ReadWord, Rereader, write_words
 from handout.prompting import corpus
 from handout.reading.word_space import HEIGHT
 
@@ -144,10 +144,9 @@ def _write_uses(hand: ScannedHand) -> Iterator[WrittenUse]:
     if not names:
         return
     paragraph = write_words(hand, rng.permutation(list(names))[: SETTINGS.words].tolist(), rng)
-    reader = stranger_reader(hand)
-    rereader = Rereader(hand, reader, REREADING.tries, REREADING)
+    rereader = Rereader(hand, hand, rereading.SETTINGS.tries)
     rereader(paragraph)
-    for word, readings in zip(rereader.words, reader.read([w.picture for w in rereader.words]), strict=True):
+    for word, readings in zip(rereader.words, rereading.read([w.picture for w in rereader.words]), strict=True):
         try:
             spans = readings[0].spans(word.text)
         except ValueError:  # too narrow to be read letter by letter

@@ -278,7 +278,7 @@ def _rereader(hand: Hand | ScannedHand, task: WritingTask) -> Rereader | None:
 
     # without variation the best glyphs are wanted, always the same: what reads badly is only told
     tries = rereading.SETTINGS.tries if task.layout.jitter else 0
-    return rereading.Rereader(hand, rereading.stranger_reader(task.hand), tries, rereading.SETTINGS)
+    return rereading.Rereader(hand, task.hand, tries)
 
 
 def _doubts(name: str, reader: Rereader | None, pages: Sequence[LetterPage]) -> Iterator[tuple[Doubt, Line]]:
@@ -310,7 +310,7 @@ def _tell_words(
     doubts: Sequence[tuple[Doubt, Line]],
     lacked: Mapping[str, Sequence[Borrowed]],
 ) -> list[LetterPage]:
-    """Add to the pages the facts on misread and unclear words, and on letters that hands lacked (`lacked`, by name)."""
+    """Add to the pages the facts on misread words, and on letters that hands lacked (`lacked`, by name)."""
     told = [{**doubt.facts(), "box": texts.word_box(line, doubt.word)} for doubt, line in doubts]
     lent = [
         ({} if row is None else {"row": row}) | letter_facts(each)
@@ -321,9 +321,7 @@ def _tell_words(
     found = []
     for number, page in enumerate(pages, 1):
         here = [doubt for doubt in told if doubt["page"] == number]
-        layers = [(layer, task.tasks[voice.hand].hand) for voice, layer in page.layers.items()]
-        unclear = [word for layer, author in layers for word in texts.unclear_words(layer, author)]
-        more = borrowed | ({"doubtful": here} if here else {}) | ({"unclear": unclear} if unclear else {})
+        more = borrowed | ({"doubtful": here} if here else {})
         found.append(replace(page, whole=replace(page.whole, about={**page.whole.about, **more})))
     return found
 

@@ -130,7 +130,6 @@ class Tally:
     pen_down, pen_up : mm; duration : s.
     borrowed : letters that the hand lacked, and what was written for them.
     slips : words that were struck out; doubtful : words that read as others; formulas : the TeX of each.
-    unclear : words with letters of the author's that strangers mostly take for others.
     order : words of scanned ink whose strokes may as well have been written in another order.
     hard_to_read : words that a style makes so, and at which letters.
     """
@@ -145,7 +144,6 @@ class Tally:
     borrowed: Sequence[Mapping[str, Any]] = ()
     slips: Sequence[Mapping[str, Any]] = ()
     doubtful: Sequence[Mapping[str, Any]] = ()
-    unclear: Sequence[Mapping[str, Any]] = ()
     formulas: Sequence[str] = ()
     order: Sequence[Mapping[str, Any]] = ()
     hard_to_read: Sequence[Mapping[str, Any]] = ()
@@ -169,7 +167,6 @@ class Tally:
             borrowed=list(pages[0].about.get("borrowed", [])) if pages else [],
             slips=gather("slips"),
             doubtful=gather("doubtful"),
-            unclear=gather("unclear"),
             formulas=gather("formulas"),
             **{
                 name: [each for drawing in drawings for each in drawing.about.get(name, [])]
@@ -225,7 +222,7 @@ class Tally:
             "files": [str(path) for path in files],
             **{
                 name: told
-                for name in ("borrowed", "slips", "doubtful", "unclear", "formulas", "order", "hard_to_read")
+                for name in ("borrowed", "slips", "doubtful", "formulas", "order", "hard_to_read")
                 if (told := getattr(self, name))
             },
         }

@@ -362,25 +362,7 @@ def _reread_text(
             for doubt in doubts
             if doubt.page == sheet.number
         ]
-        told = _add_about(sheet, "doubtful", here) if here else sheet
-        words = unclear_words(sheet.manuscript, author)
-        yield _add_about(told, "unclear", words) if words else told
-
-
-def unclear_words(page: Manuscript, author: Hand | ScannedHand) -> list[Facts]:
-    """The words of a page in which letters that strangers mostly take for others are the author's own glyphs."""
-    from handout.writing.legibility import unclear_letters
-
-    if author.pages is None or not (unclear := unclear_letters(author)):
-        return []
-    words: list[Facts] = []
-    for line in page.lines:
-        for _, group in groupby(line.placed, key=lambda placed: placed.word):
-            letters = [placed for placed in group if placed.glyph.letter]
-            own = [each.glyph.letter for each in letters if each.ink and each.ink.number < len(author.glyphs)]
-            if found := [letter for letter in dict.fromkeys(own) if letter in unclear]:
-                words.append({"word": "".join(each.glyph.letter for each in letters), "letters": found})
-    return words
+        yield _add_about(sheet, "doubtful", here) if here else sheet
 
 
 def word_places(pages: Sequence[Manuscript], first: int = 1) -> Iterator[Facts]:

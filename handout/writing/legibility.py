@@ -60,6 +60,13 @@ def misreadings(hand: ScannedHand) -> Array:
     return learnt(hand, "misreadings", VERSION, len(hand.glyphs), lambda: _measure_misreadings(hand).round(3))
 
 
+def misread_shares(hand: ScannedHand) -> tuple[Array, Array]:
+    """(n,) twice: `misreadings`, and how often glyphs of each one's letter are misread on average."""
+    shares = misreadings(hand)
+    _, of = np.unique(np.array([glyph.letter for glyph in hand.glyphs], dtype=str), return_inverse=True)
+    return shares, (np.bincount(of, shares) / np.maximum(np.bincount(of), 1))[of]
+
+
 @lru_cache(maxsize=4)
 def prefer_legible(hand: ScannedHand, wish: float) -> ScannedHand:
     """The same hand, whose glyphs are chosen more by how strangers read them: `wish` 0 as usual, 1 as far as it goes.
@@ -100,7 +107,7 @@ def _measure_misreadings(hand: ScannedHand) -> Array:
     of_glyph: list[list[float]] = [[] for _ in hand.glyphs]
     texts = ["".join(hand.glyphs[n].letter for n in word) for word in words]
     for word, missed in zip(words, misread_letters(_written_words(hand, words, rng), texts), strict=True):
-        for number, share in zip(word, missed, strict=True):
+        for number, share in zip(word, missed.tolist(), strict=True):
             of_glyph[number].append(share)
     counted = [sorted(each)[: max(round(len(each) * (1 - _SETTINGS.worst)), 1)] for each in of_glyph]
     return np.array([float(np.mean(each)) if each else 0.0 for each in counted])

@@ -39,7 +39,8 @@ def test_a_letter_that_is_another_is_asked_about_first(small_hand):
     assert [question.wrong for question in asked] == sorted((question.wrong for question in asked), reverse=True)
     named = {number for question in asked for number in question.glyphs}
     assert len(named) == sum(len(question.glyphs) for question in asked), "a glyph is asked about once"
-    worst = max(asked, key=lambda question: question.wrong / question.uses)
+    # of those that are always wrong the one that is written most
+    worst = max(asked, key=lambda question: (round(question.wrong / question.uses, 2), question.wrong))
     assert worst.letter == "k" and worst.wrong > 0.5 * worst.uses and worst in asked[:6]
     assert all(use.word.text[use.index] == question.letter for question in asked for use in question.shown)
 

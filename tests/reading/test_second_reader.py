@@ -7,9 +7,8 @@ import pytest
 
 from handout.hand import library
 from handout.hand.author_reader import own_words
-from handout.pipeline import doctor
-from handout.pipeline.rereading import StrangerReader, surprises
-from handout.reading import pictures, second_reader
+from handout.pipeline import doctor, rereading
+from handout.reading import misreading, pictures, second_reader
 
 installed = pytest.mark.skipif(importlib.util.find_spec("rapidocr") is None, reason='the extra "reader" is wanted')
 
@@ -30,12 +29,8 @@ def without(monkeypatch):
 
 def test_where_it_is_not_installed_one_reads_alone(without, words):
     assert second_reader.load() is None
-    alone = StrangerReader(0.5, 2.0, 0.45, second_reader.load())
-    texts = [word.text for word in words]
-    seen = alone.read([word.picture for word in words])
-    assert surprises(seen, texts) == pytest.approx(
-        np.maximum(-pictures.log_probabilities([a for (a,) in seen], texts), 0)
-    )
+    shown = [word.picture for word in words]
+    assert [len(readings) for readings in rereading.read(shown)] == [1] * len(words)
 
 
 def test_the_doctor_says_whether_it_is_there(monkeypatch):
@@ -68,9 +63,12 @@ def test_it_reads_words_and_minds_wrong_letters(words):
 
 
 @installed
-def test_two_surprises_add_up(words):
-    texts, shown = [word.text for word in words], [word.picture for word in words]
-    both = StrangerReader(0.5, 2.0, 0.45, second_reader.load()).read(shown)
-    each = [surprises([(reading,) for reading in seen], texts) for seen in zip(*both, strict=True)]
-    assert surprises(both, texts) == pytest.approx(each[0] + each[1])
-    assert each[1].max() > 0
+def test_what_both_see_counts(words):
+    weights = misreading.load(2)
+    (first, *_), (text, *_) = rereading.read([word.picture for word in words]), [word.text for word in words]
+    seen, before = np.vstack([misreading.shares_seen([one], [text]) for one in first]), np.full(len(text), -3.0)
+    usual = weights.misread(before, seen)
+    for reader in (0, 1):
+        more = seen.copy()
+        more[reader] = 0.98
+        assert (weights.misread(before, more) > usual).all()

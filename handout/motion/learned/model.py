@@ -42,10 +42,13 @@ class LearnedMovement:
         self, dynamics: DynamicsModel, structure: StructureModel | None, primers: Mapping[str, MovementSequence]
     ) -> None:
         self.dynamics, self.structure, self.primers = dynamics, structure, dict(primers)
+        self._states = dict[MovementSequence, State]()
 
     def state(self, primer: MovementSequence | None) -> State | None:
         """What the dynamics remember of a primer."""
-        return None if primer is None else self.dynamics.state_after(primer)
+        if primer is not None and primer not in self._states:
+            self._states[primer] = self.dynamics.state_after(primer)
+        return None if primer is None else self._states[primer]
 
 
 def taken_apart(drawing: Drawing, height: float, tell: Tell = silent) -> list[LognormalPlan]:

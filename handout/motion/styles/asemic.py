@@ -93,7 +93,7 @@ def _choose_tag(tried: Sequence[tuple[Stroke, ...]], style: Style, built: Style)
     """Of some tags that which looks most like the examples: moved like the style's, built like that of `built`."""
     if style.primer is None or built.primer is None:
         return tried[0]
-    wanted = np.where(BUILT, see_manner(built), see_manner(style))
+    wanted = np.where(BUILT, see_manner(built.primer), see_manner(style.primer))
     return min(tried, key=lambda strokes: manner_distance(see_strokes(strokes), wanted))
 
 

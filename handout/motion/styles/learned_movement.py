@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import groupby
 
 import numpy as np
@@ -62,10 +63,10 @@ def through_targets(
     return _draw_parts(parts, plain, rng, height)
 
 
-def see_manner(style: Style) -> Array:
-    """What can be seen of the manner of the example that primes a style, as `measure_manner` has it."""
-    assert style.primer is not None
-    paths = [draw_path(plan, plan, 0.0) for plan in plans_of(style.primer)]
+@lru_cache(maxsize=8)
+def see_manner(primer: MovementSequence) -> Array:
+    """What can be seen of the manner of an example that primes a style, as `measure_manner` has it."""
+    paths = [draw_path(plan, plan, 0.0) for plan in plans_of(primer)]
     return see_strokes([Stroke(np.arange(len(xy), dtype=np.float64), xy) for xy in paths])
 
 
@@ -85,7 +86,7 @@ def _draw_parts(
     model, learned = style.model, style.learned
     assert isinstance(model, LearnedMovement)
     state = model.state(style.primer)
-    wanted = None if style.primer is None else see_manner(style)
+    wanted = None if style.primer is None else see_manner(style.primer)
     clock, before, strokes = 0.0, None, list[Stroke]()
     for number, group in groupby(parts, key=lambda part: -1 if part.stroke is None else part.stroke.word):
         word = list(group)
