@@ -453,9 +453,9 @@ def _check(number: int, glyph: ScannedGlyph, pages: tuple[ScannedPage, ...], gly
     page = pages[glyph.page]
     if not 0 <= glyph.line < len(page.baselines):
         raise ValueError(f"glyph {number} is on line {glyph.line} of {len(page.baselines)}")
-    for numbers in (glyph.vertices, *(way.path for way in glyph.ligatures)):
-        if numbers.min() < 0 or numbers.max() >= len(page.graph):
-            raise ValueError(f"glyph {number} names a vertex outside 0–{len(page.graph) - 1}")
+    ends = [(glyph.vertices[0], glyph.vertices[-1]), *((way.path.min(), way.path.max()) for way in glyph.ligatures)]
+    if any(low < 0 or high >= len(page.graph) for low, high in ends):
+        raise ValueError(f"glyph {number} names a vertex outside 0–{len(page.graph) - 1}")
     for beside, back in ((glyph.before, "after"), (glyph.after, "before")):
         if not -1 <= beside < len(glyphs) or beside == number:
             raise ValueError(f"glyph {number} is beside glyph {beside}, which there is not")

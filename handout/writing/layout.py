@@ -371,7 +371,7 @@ def _heights(pages: Sequence[_PageLines]) -> tuple[float, float, float]:
 def _deviation(rests: Sequence[Array], usual: float, bounds: tuple[float, float], parameters: int = 1) -> float:
     """Standard deviation of what is left on each page when its `parameters` are taken out, with some lines as is usual
     beside them."""
-    squares = np.concatenate([np.square(rest) for rest in rests])
+    squares = np.concatenate([np.zeros(0), *(np.square(rest) for rest in rests)])
     if not len(squares):
         return usual
     # one line that went astray is no habit
