@@ -27,7 +27,6 @@ NO_PAGE = -1  # the page of a line that has no ink yet
 _MOST_PIXELS = 400_000_000
 _OVER = 4.0  # pixels beyond the picture that a vertex may lie: hands of earlier programs have such
 _ON_LINES = (0.25, 0.4)  # shares of the distance of lines between which letters keep their own size; set by eye
-_RED_FIRST = [2, 1, 0, 3]  # where red, green, blue and alpha are in pixels that begin with blue
 DOUBTFUL = 0.5  # confidence under which a letter is worth a look
 
 
@@ -141,7 +140,7 @@ class Texture:
         """(h, w, 4) uint8, straight alpha, read-only."""
         if not self.blue_first:
             return self.pixels
-        pixels = self.pixels[:, :, _RED_FIRST]
+        pixels = self.part(slice(None), slice(None))
         pixels.flags.writeable = False
         return pixels
 
@@ -149,7 +148,9 @@ class Texture:
         """(h, w, 4) uint8, straight alpha: some of its pixels."""
         if not self.blue_first:
             return self.pixels[rows, columns]
-        return self.pixels[rows, columns][:, :, _RED_FIRST]
+        import cv2
+
+        return np.asarray(cv2.cvtColor(self.pixels[rows, columns], cv2.COLOR_BGRA2RGBA), dtype=np.uint8)
 
 
 @dataclass(frozen=True, eq=False)
@@ -452,9 +453,9 @@ def _check(number: int, glyph: ScannedGlyph, pages: tuple[ScannedPage, ...], gly
     page = pages[glyph.page]
     if not 0 <= glyph.line < len(page.baselines):
         raise ValueError(f"glyph {number} is on line {glyph.line} of {len(page.baselines)}")
-    for numbers in (glyph.vertices, *(way.path for way in glyph.ligatures)):
-        if numbers.min() < 0 or numbers.max() >= len(page.graph):
-            raise ValueError(f"glyph {number} names a vertex outside 0–{len(page.graph) - 1}")
+    ends = [(glyph.vertices[0], glyph.vertices[-1]), *((way.path.min(), way.path.max()) for way in glyph.ligatures)]
+    if any(low < 0 or high >= len(page.graph) for low, high in ends):
+        raise ValueError(f"glyph {number} names a vertex outside 0–{len(page.graph) - 1}")
     for beside, back in ((glyph.before, "after"), (glyph.after, "before")):
         if not -1 <= beside < len(glyphs) or beside == number:
             raise ValueError(f"glyph {number} is beside glyph {beside}, which there is not")

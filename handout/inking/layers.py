@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from handout.inking.atlas import pack
 from handout.scanning.graph_cut import minimum_cut
-from handout.values import Array
+from handout.values import Array, Indices
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,7 +106,7 @@ def part_layers(layers: Sequence[GlyphLayer]) -> list[GlyphLayer]:
     # the smallest windows of the page that hold what two layers share
     low, high = np.maximum(corner[:-1], corner[1:]), np.minimum(end[:-1], end[1:])
     first = np.cumsum([0, *(len(layer.xy) for layer in layers)])
-    shared = _shared_vertices(layers)
+    shared = _shared_vertices(layers, corner, end)
     joined = np.logical_or.reduceat(shared, first[:-1], axis=1)
     pairs = np.flatnonzero((low < high).all(axis=1) & joined[1, :-1] & joined[0, 1:]).tolist()
     parted = list(layers)
@@ -148,8 +148,11 @@ def _grow_mask(mask: _Mask) -> _Mask:
     return np.asarray(cv2.dilate(mask.view(np.uint8), np.ones((3, 3), np.uint8)), dtype=bool)
 
 
-def _shared_vertices(layers: Sequence[GlyphLayer]) -> NDArray[np.bool_]:
-    """(2, n) bool: vertices of the layers that lie on the line of the layer before, and of that behind."""
+def _shared_vertices(layers: Sequence[GlyphLayer], corner: Indices, end: Indices) -> _Mask:
+    """(2, n) bool: vertices of the layers that lie on the line of the layer before, and of that behind.
+
+    corner, end : (m, 2) of the layers, on the page.
+    """
     from scipy.spatial import cKDTree
 
     xy, radius, twice = (
@@ -159,14 +162,16 @@ def _shared_vertices(layers: Sequence[GlyphLayer]) -> NDArray[np.bool_]:
     reach = np.maximum(_NEAR, _OF_RADIUS * radius)
     apart = _LAYERS * reach.max()  # by which layers lie above each other
     tree, found = cKDTree(np.column_stack([xy, number * apart])), np.zeros((2, len(xy)), dtype=bool)
-    for side, other in ((0, number - 1), (1, number + 1)):
-        away, at = tree.query(np.column_stack([xy, other * apart]), distance_upper_bound=float(reach.max()))
-        near = away <= reach
-        at = np.where(near, at, 0)
-        cosine = (twice * np.conj(twice[at])).real
-        along = cosine >= _ALIKE * np.abs(twice) * np.abs(twice[at])
+    for side, step in ((0, -1), (1, 1)):
+        # those over the other layer
+        other = np.clip(number + step, 0, len(layers) - 1)
+        some = np.flatnonzero((other != number) & ((xy >= corner[other]) & (xy < end[other])).all(axis=1))
+        away, at = tree.query(np.column_stack([xy, other * apart])[some], distance_upper_bound=float(reach.max()))
+        some, at, away = (part[away <= reach[some]] for part in (some, at, away))
+        cosine = (twice[some] * np.conj(twice[at])).real
+        along = cosine >= _ALIKE * np.abs(twice[some]) * np.abs(twice[at])
         # where a ligature turns sharply the two see different directions; that its vertices are in one place is enough
-        found[side] = near & (along | (away < _ONE))
+        found[side, some] = along | (away < _ONE)
     return found
 
 

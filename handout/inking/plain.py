@@ -102,24 +102,6 @@ def ink(
     return Raster(rgba, dpi, rows=inked)
 
 
-def image(
-    drawing: Drawing,
-    dpi: float,
-    *,
-    width: float = 0.4,
-    colour: Colour = COLOUR,
-    variation: float = 0.15,
-    paper: Colour = WHITE,
-) -> NDArray[np.uint8]:
-    """(h, w, 3) uint8: the same as `ink` and then `flatten`, in an eighth of the memory."""
-    cover = coverage(drawing, dpi, width=width, variation=variation)
-    table = shades(colour, paper)
-    flat = np.empty((*cover.shape, 3), dtype=np.uint8)
-    for top in range(0, len(cover), _ROWS):  # in parts, since numpy widens the indices to 64 bits
-        np.take(table, cover[top : top + _ROWS], axis=0, out=flat[top : top + _ROWS])
-    return flat
-
-
 def shades(colour: Colour = COLOUR, paper: Colour = WHITE) -> NDArray[np.uint8]:
     """(256, 3) uint8: colour of a pixel for each coverage of 0–255, ink of one colour on paper of another."""
     share = np.linspace(0, 1, 256)[:, None]

@@ -57,11 +57,9 @@ class InkSource:
     @cached_property
     def premultiplied_ink(self) -> NDArray[np.uint8]:
         """(h, w, 4) uint8: all ink of the page, from the corner of its texture."""
-        ink = self.page.texture.rgba.copy()
-        alpha = ink[:, :, 3].astype(np.uint16)
-        for k in range(3):
-            ink[:, :, k] = (ink[:, :, k] * alpha + 127) // 255
-        return ink
+        import cv2
+
+        return np.asarray(cv2.cvtColor(self.page.texture.rgba, cv2.COLOR_RGBA2mRGBA), dtype=np.uint8)
 
     def part(self, box: Box) -> NDArray[np.uint8]:
         """(h, w, 4) uint8, straight alpha: ink of a part of the picture (left, top, right, bottom), pixels; outside the

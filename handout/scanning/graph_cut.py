@@ -172,37 +172,30 @@ def _cut_tied(whole: NDArray[np.int32], a: Indices, b: Indices, walls: NDArray[n
     """`minimum_cut` in whole numbers, what nothing ties together apart: flows take longer than their sum where several
     are sought at once."""
     from scipy.sparse import csr_matrix
-    from scipy.sparse.csgraph import connected_components
+    from scipy.sparse.csgraph import breadth_first_order, connected_components, maximum_flow
 
-    labels, place = np.zeros(len(whole), dtype=bool), np.empty(len(whole), dtype=np.intp)
-    piece = connected_components(csr_matrix((walls, (a, b)), shape=(len(whole), len(whole))), directed=False)[1]
+    shape = len(whole), len(whole)
+    piece = connected_components(csr_matrix((walls, (a, b)), shape=shape), directed=False)[1]
     size = np.bincount(piece)
-    part = ((np.cumsum(size) - size) // _APART)[piece]
-    nodes, edges = np.argsort(part, kind="stable"), np.argsort(part[a], kind="stable")
-    place[nodes] = np.arange(len(nodes))
-    parts = (np.split(of, np.flatnonzero(np.diff(part[by])) + 1) for of, by in ((nodes, nodes), (edges, a[edges])))
-    begin = 0
-    for some, at in zip(*parts, strict=True):
-        labels[some] = _cut_piece(whole[some], place[a[at]] - begin, place[b[at]] - begin, walls[at])
-        begin += len(some)
-    return labels
-
-
-def _cut_piece(whole: NDArray[np.int32], a: Indices, b: Indices, walls: NDArray[np.int32]) -> NDArray[np.bool_]:
-    from scipy.sparse import csr_matrix
-    from scipy.sparse.csgraph import breadth_first_order, maximum_flow
-
-    count = len(whole)
-    gain, loss = np.flatnonzero(whole < 0), np.flatnonzero(whole > 0)
-    if not len(gain):
-        return np.zeros(count, dtype=bool)
-    source, sink = count, count + 1
+    part = np.unique(((np.cumsum(size) - size) // _APART)[piece], return_inverse=True)[1]
+    # the nodes of a part are followed by its source and its sink; the last leads to all sources
+    count, gain, loss = np.bincount(part), np.flatnonzero(whole < 0), np.flatnonzero(whole > 0)
+    sources, order = np.cumsum(count) + 2 * np.arange(len(count)), np.argsort(part, kind="stable")
+    place, last = np.empty(len(whole), dtype=np.intp), len(whole) + 2 * len(count)
+    place[order] = np.arange(len(whole)) + 2 * part[order]
     # every edge with one that leads back, so that what flows has the edges of the graph in its order
-    ends = np.concatenate([a, np.full(len(gain), source), loss]), np.concatenate([b, gain, np.full(len(loss), sink)])
-    capacity = np.concatenate([walls, -whole[gain], whole[loss], walls, np.zeros(len(gain) + len(loss), np.int32)])
-    left = csr_matrix((capacity, tuple(map(np.concatenate, (ends, ends[::-1])))), shape=(count + 2, count + 2))
-    left.data -= maximum_flow(left, source, sink).flow.data
+    first = np.concatenate([place[a], sources[part[gain]], place[loss]])
+    second = np.concatenate([place[b], place[gain], sources[part[loss]] + 1])
+    back = np.concatenate([walls, np.zeros(len(gain) + len(loss), np.int32), np.ones(len(count), np.int32)])
+    capacity = np.concatenate([walls, -whole[gain], whole[loss], back])
+    ends = np.concatenate([first, second, np.full(len(count), last)]), np.concatenate([second, first, sources])
+    left = csr_matrix((capacity, ends), shape=(last + 1, last + 1))
+    for start, source in zip((sources - count).tolist(), sources.tolist(), strict=True):
+        at, edges = left.indptr[start : source + 3], slice(left.indptr[start], left.indptr[source + 2])
+        nodes = source + 2 - start
+        one = csr_matrix((left.data[edges], left.indices[edges] - start, at - at[0]), shape=(nodes, nodes))
+        left.data[edges] -= maximum_flow(one, nodes - 2, nodes - 1).flow.data
     left.eliminate_zeros()
-    reached = np.zeros(count + 2, dtype=bool)
-    reached[breadth_first_order(left, source, return_predecessors=False)] = True
-    return reached[:count]
+    reached = np.zeros(last + 1, dtype=bool)
+    reached[breadth_first_order(left, last, return_predecessors=False)] = True
+    return reached[place]

@@ -279,7 +279,7 @@ def page_source(recording: RecordedPage) -> PageSource:
     """A recorded page as one to be read: its ink, as a pen of even width leaves it, and the way of the pen."""
     drawing = recording.drawing
     width = _PEN * recording.x_height
-    rgb = plain.image(drawing, _DPI, width=width, variation=0.0)
+    rgb = plain.shades()[plain.coverage(drawing, _DPI, width=width, variation=0.0)]
     ways = tuple(
         _resample_evenly(stroke, curve, width)
         for stroke, curve in zip(drawing.strokes, curves.fit(drawing.strokes), strict=True)

@@ -71,9 +71,10 @@ class Login(Body, frozen=True):
 
 
 class Draft(Body, frozen=True):
-    """What a page wants kept: any JSON."""
+    """What a page wants kept: any JSON; since : the `kept_at` of what it goes on from, a later one is not replaced."""
 
     draft: Raw
+    since: int | None = None
 
 
 @_with_options(WritingOptions, SheetOptions, PictureOptions)

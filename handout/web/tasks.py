@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import json
 import re
 import secrets
@@ -10,7 +11,8 @@ import shutil
 from collections.abc import AsyncIterator, Sequence
 from pathlib import Path, PurePath
 
-from msgspec import Raw
+from msgspec import DecodeError, Raw
+from msgspec.json import decode
 from starlette.exceptions import HTTPException
 from starlette.requests import Request
 from starlette.responses import FileResponse, Response, StreamingResponse
@@ -49,6 +51,14 @@ async def kept_draft(studio: Studio, request: Request, body: None) -> Response:
 async def keep_draft(studio: Studio, request: Request, body: Draft) -> Response:
     """What is written on a page is kept on the disk."""
     path = _draft(request)
+    with contextlib.suppress(OSError, DecodeError):
+        there, new = decode(await asyncio.to_thread(path.read_bytes)), decode(body.draft)
+        if not isinstance(there, dict) or not isinstance(new, dict):
+            pass  # a program's, not a page's
+        elif {**there, "kept_at": 0} == {**new, "kept_at": 0}:
+            return json_answer({})
+        elif body.since is not None and there.get("kept_at", 0) > body.since:
+            raise HTTPException(409, "Another browser changed this since: load the page anew to go on from there.")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         await asyncio.to_thread(atomic.write, path, bytes(body.draft))

@@ -34,7 +34,7 @@ from handout_lab.training.glyph_vetting import known
 PAGES = 3  # that the author copies; set by eye
 ACCENTED = "àáâãäåæçèéêëìíîïñòóôõöøœßùúûüýÿÄÖÜÉ¡¿€£–…"
 _UNSEEN = 6  # of 255: change of a pixel that nobody sees beside its neighbours' own
-_LAYOUT = Layout(page("A4"), x_height=2.5)
+_LAYOUT = Layout(page("A4"), margin=(20.0, 14.0, 20.0, 14.0), x_height=2.5)
 
 
 @dataclass(frozen=True)
@@ -54,7 +54,7 @@ class Recipe:
 
 RECIPES = (
     Recipe(
-        "house-joined-ballpoint", "Everyday joined-up hand, ballpoint, scanned", "house-joined", usual("ballpoint"), 46
+        "house-joined-ballpoint", "Everyday joined-up hand, ballpoint, scanned", "house-joined", usual("ballpoint"), 49
     ),
     Recipe("house-print-fountain", "Printed hand, fountain pen, scanned", "house-print", usual("fountain"), 56),
 )

@@ -54,9 +54,9 @@ WORKED_OUT = {
     "heights 3": (291, 2.8655073, 1.2851559),
     "shape difference 2": (1, 0.0130680, 0.0130680),
     "misreadings 5": (291, 1.7616697, 1.1537542),
-    "manner 7": (3118, 1079.9034148, -2.0358083),
+    "manner 8": (3122, 1080.0557964, -1178.0650413),
     "inks 1": (293, 3560338.0000001, 1923659.8310700),
-    "strokes by house-joined, house-quick, house-print 8": (2745, 2325.4672649, 2223.4369112),
+    "strokes by house-joined, house-quick, house-print 9": (2745, 2325.4672649, 2223.4369112),
 }
 
 

@@ -141,7 +141,7 @@ def test_raster_and_image_agree() -> None:
     inked = raster.rgba[..., 3] > 0
     assert (raster.rgba[inked, :3] == np.rint([51, 76.5, 102])).all() and not raster.rgba[~inked].any()
     paper = (0.9, 0.8, 1.0)
-    image = plain.image(drawing, 300, colour=(0.2, 0.3, 0.4), paper=paper)
+    image = plain.shades((0.2, 0.3, 0.4), paper)[plain.coverage(drawing, 300)]
     assert np.abs(plain.flatten(raster, paper).astype(int) - image).max() <= 1
     assert image[0, 0].tolist() == [230, 204, 255] and image.min(axis=(0, 1)).tolist() == [51, 76, 102]
 

@@ -132,3 +132,12 @@ def test_a_sign_that_no_hand_has_is_written_all_the_same():
     sign = line([[(0, 0), (1, 0)], [(1, 0), (1, 1)]])
     (only,) = strokes(sign, trace_letter(sign, "\u2603"))
     assert len(only) == len(sign.xy)
+
+
+@pytest.mark.parametrize(("letter", "begins"), [("t", True), ("p", False)])
+def test_the_pen_leaves_the_foot_by_which_a_t_is_led_in_from_the_line(letter, begins):
+    foot, fork, end = (-0.5, 0.05), (-0.05, 0.9), (0.6, 0.4)
+    one = line([[foot, fork], [fork, (0, 1.5)], [fork, (0, 0.1), (0.25, 0.02), end]], finish=[end])
+    found = strokes(one, trace_letter(replace(one, baseline=0.0), letter))
+    assert any(stroke[0] == pytest.approx(foot) for stroke in found) == begins
+    assert not any(stroke[-1] == pytest.approx(foot) for stroke in found)

@@ -72,3 +72,13 @@ def test_a_bar_known_from_the_word_is_no_part_of_the_letter_it_crosses():
     assert made.delayed == (False, True)
     assert over[[0, -1]] == pytest.approx(np.array([LEFT, (0.3, 1.12)]))
     assert body[0] == pytest.approx((0, 2)) and body[-1] == pytest.approx((0.7, 0))
+
+
+def test_a_bar_may_be_bent_where_both_its_ends_are_loose():
+    left, right, below = (-0.8, 1.47), (0.9, 1.47), (1.5, 0)
+    ways = [[(0, 1.6), T], [T, (0, 0.1), (0.3, 0)], [left, T], [T, right]]
+    one, (bar,) = found([*ways, [(1.5, 1.0), below]], "tl", 1.2)
+    assert one.xy[bar.vertices[[0, -1]]] == pytest.approx(np.array([left, right]))
+    # one that leads to the next letter goes straight
+    one, bars = found([*ways, [right, below]], "tl", 1.2)
+    assert all(one.xy[bar.vertices[-1]] != pytest.approx(right) for bar in bars)

@@ -58,6 +58,13 @@ def test_slope(fall):
     assert [float(line.slope(WIDTH / 2)) for line in rules.lines] == pytest.approx([fall] * 5, abs=0.004)
 
 
+def test_every_second_line_may_be_short():
+    mask, pitch = mask_of(9), 9.0 * 300 / 25.4
+    for short in range(1, 9, 2):
+        mask[int((short + 0.6) * pitch) : int((short + 1.6) * pitch), 2 * mask.shape[1] // 5 :] = False
+    assert len(find_text_lines(mask, 300.0).lines) == 9
+
+
 def test_bend():
     rules = find_text_lines(mask_of(5, bend=2.0), 300.0)
     for line in rules.lines:

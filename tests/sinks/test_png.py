@@ -45,7 +45,8 @@ def test_transparent() -> None:
 
 def test_ink_covers_what_the_pen_went_over() -> None:
     drawing = loops()
-    dark = 1 - np.asarray(opened(to_png(plain.image(drawing, 300, width=0.3, colour=(0, 0, 0)), 300))) / 255
+    black = plain.shades((0, 0, 0))[plain.coverage(drawing, 300, width=0.3)]
+    dark = 1 - np.asarray(opened(to_png(black, 300))) / 255
     area = dark[..., 0].sum() * (25.4 / 300) ** 2
     written = drawing.pen_down * 0.3 + len(drawing.strokes) * math.pi * 0.15**2
     assert 0.75 * written < area < 1.15 * written  # loops cross themselves, and slow parts are wider
@@ -55,7 +56,7 @@ def test_palette_gives_the_same_picture_in_fewer_bytes() -> None:
     cover = plain.coverage(loops(), 300)
     palette = plain.shades((0.1, 0.2, 0.3))
     small = to_png(cover, 300, palette=palette)
-    large = to_png(plain.image(loops(), 300, colour=(0.1, 0.2, 0.3)), 300)
+    large = to_png(palette[cover], 300)
     assert np.array_equal(np.asarray(opened(small).convert("RGB")), np.asarray(opened(large)))
     assert len(small) < 0.8 * len(large)
 

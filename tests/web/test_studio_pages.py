@@ -103,6 +103,24 @@ def test_of_two_windows_on_one_text_the_first_is_told_and_what_was_typed_later_s
     other.close()
 
 
+def test_of_two_browsers_on_one_text_the_later_is_told(page, browser):
+    page.goto(page.home + "#write")
+    with browser.new_context() as context:
+        other = context.new_page()
+        key = page.evaluate("localStorage.getItem('handout-key')")
+        context.add_init_script(f"localStorage.setItem('handout-key', {key!r})")
+        other.goto(page.home + "#write")
+        other.wait_for_selector(".sheet svg path.stroke")
+        with page.expect_response("**/api/drafts/draft"):
+            page.get_by_label("Text", exact=True).fill("Dear Ada, from the first browser")
+        other.get_by_label("Text", exact=True).fill("Dear Zoë, from the second")
+        other.locator(".bad", has_text="Another window changed this since").wait_for()
+        with other.expect_response("**/api/drafts/draft"):
+            other.evaluate("localStorage.removeItem('handout-draft'); location.reload()")
+        other.wait_for_selector(".sheet svg path.stroke")
+        assert other.get_by_label("Text", exact=True).input_value() == "Dear Ada, from the first browser"
+
+
 def test_words_that_read_as_others_are_framed_where_they_lie(page):
     """The server's answer is given a doubtful word, since which words are is a matter of the reader's weights."""
 
@@ -597,6 +615,14 @@ def test_a_table_s_odd_rows_and_a_letter_s_wrong_gaps_are_told_before_anything_i
     page.keyboard.type(", thank you for the ")
     page.get_by_role("button", name="gift").press("Enter")
     page.locator('.sheet svg[aria-label="Dear Ada, thank you for the jam"]').wait_for()
+    letter = page.get_by_label("Letter", exact=True)
+    assert letter.input_value() == "Dear «first name», thank you for the «gift»", "gaps are called as the columns are"
+    letter.press("Backspace")
+    assert letter.input_value() == "Dear «first name», thank you for the ", "one goes as one"
+    letter.press("Control+z")
+    page.wait_for_timeout(600)
+    kept = page.evaluate("JSON.parse(localStorage.getItem('handout-batch')).letter")
+    assert kept == "Dear {{ first_name }}, thank you for the {{ gift }}"
     page.get_by_role("button", name="Row before").press("Enter")
     page.get_by_text("Zoë").wait_for()
     page.locator(".asks .bad", has_text="line 1 of the letter: 'gift' is empty").wait_for()

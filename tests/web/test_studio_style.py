@@ -37,6 +37,8 @@ def place(page):
 
 
 def downloaded(page, kind):
+    if not page.get_by_label("Format").is_visible():
+        page.get_by_text("Files", exact=True).click()
     page.get_by_label("Format").select_option(kind)
     with page.expect_download() as download:
         page.get_by_role("button", name="Download").click()
@@ -165,7 +167,7 @@ def test_a_style_is_kept_in_its_file_and_refused_where_one_is(desk):
     page.get_by_role("button", name="Keep the style").click()
     page.locator(".bad", has_text="comes with the program").wait_for()
     page.get_by_role("textbox", name="Word").fill("no")
-    page.get_by_role("button", name="Take its points above").click()
+    page.get_by_role("button", name="Take its points below").click()
     page.locator("circle.target").nth(8).wait_for(state="attached")
     assert len(json.loads(downloaded(page, "targets"))["targets"]) > 8
     page.get_by_label("Rounding, typed").fill("0.3")

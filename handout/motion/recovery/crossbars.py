@@ -38,6 +38,7 @@ class CrossbarSettings:
     word_low: float = 0.7  # x-heights over the baseline, at least
     jog: float = 1.5  # half widths that it leaves the straight line, at most
     word_bow: float = 0.035  # and of its length
+    free_bow: float = 0.06  # the same, if both its ends are loose
     window: float = 8.0  # half widths over which its direction is seen
     turned: float = 0.8  # cosine of that to the whole, at least
     drawn: float = 4.0  # half widths from where it meets another line and is drawn towards it
@@ -268,7 +269,7 @@ def _worth(net: BranchNetwork, chain: tuple[int, ...], x_height: float) -> float
     centred = way[clear] - way[clear].mean(axis=0)
     normal = np.linalg.svd(centred, full_matrices=False)[2][1]
     off = np.abs(centred @ normal)
-    if off.max() > of.jog * net.half_width + of.word_bow * size:
+    if off.max() > of.jog * net.half_width + (of.free_bow if all(loose) else of.word_bow) * size:
         return 0.0
     at = np.arange(run[clear][0], max(run[clear][-1] - of.window, run[clear][0]) + 1e-9, 1.0)
     ends = [np.column_stack([np.interp(at + more, run, axis) for axis in way.T]) for more in (0.0, of.window)]

@@ -65,6 +65,7 @@ class FormWeights:
     left_out: float = 15.0  # of leaving out a whole form, or going back over it
     most_left_out: float = 0.3  # of a form
     guided_lift: float = 2.0  # spared where the form is lifted for, too; cost of going on there
+    led: float = 4.0  # of coming back to where a letter is led in from the line (`letter_line.find_lead_in`)
     # loops (`letter_line.loop_direction_errors`)
     loop: float = 4.0  # of a loop that is the wrong way round
     loop_above: float = 0.95  # x-heights over the baseline: where loops of stems are

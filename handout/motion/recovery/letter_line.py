@@ -18,6 +18,8 @@ POINTED = frozenset(".:…")  # marks that are points, and nothing else
 DOT = 0.35  # x-heights: a piece up to this long is a dot
 _DASH = 0.9  # x-heights: so is one up to this long that lies over all the rest
 _UNDER = 0.1  # x-heights by which such a piece may begin lower than the rest ends
+_ONE_FOOT = frozenset("ituw")
+_ON_LINE, _LOW_END = 0.4, 0.8  # x-heights over the baseline: ends of feet are lower, and of what leads on
 _BELOW = -0.05  # x-heights over the baseline: where loops of tails are
 _LEAST = 6.0  # square half widths: what encloses less is a line gone over twice
 
@@ -146,6 +148,20 @@ def find_dots(net: BranchNetwork, x_height: float, baseline: float | None, joint
 def _rightwards(net: BranchNetwork, path: Indices) -> Indices:
     """A path from its left to its right end."""
     return path if net.xy[path[0], 0] <= net.xy[path[-1], 0] else path[::-1]
+
+
+def find_lead_in(net: BranchNetwork, line: LetterLine, letter: str) -> int | None:
+    """The loose end on the line, left of all other low ones, at which a letter begins that no other leads to.
+
+    A t, i, u or w has but one foot, which bends to the right.
+    """
+    if line.entries or letter not in _ONE_FOOT or line.baseline is None:
+        return None
+    loose = [(*net.position(end).tolist(), end) for end in range(len(net.node)) if net.is_loose(end)]
+    low = sorted(end for end in loose if end[1] < line.baseline + _LOW_END * line.x_height)
+    if len(low) + bool(line.exits) < 2 or not low or low[0][1] > line.baseline + _ON_LINE * line.x_height:
+        return None
+    return int(low[0][2])
 
 
 def loop_direction_errors(

@@ -33,6 +33,7 @@ from handout.motion.recovery.letter_line import (
     LetterLine,
     LetterStrokes,
     find_dots,
+    find_lead_in,
     find_points,
     has_dots,
     loop_direction_errors,
@@ -140,6 +141,11 @@ class _TracedLetter:
                 for traversal in self.traversals
             ]
         )
+        foot = find_lead_in(self.net, line, self.letter)
+        if foot is not None:
+            total += letter_forms.WEIGHTS.led * np.array(
+                [any(foot ^ 1 in stroke for stroke in traversal.strokes) for traversal in self.traversals]
+            )
         if self.laid is None:
             return total, None
         places = {stroke: self.net.xy[path] for stroke, path in self._path_of.items()}

@@ -29,7 +29,10 @@ function swatches([name, ...rows]) {
       h('div', { class: 'quiet named', 'aria-hidden': 'true' }, ROWS.map((row) => h('span', {}, row)))));
 }
 
-const difference = (/** @type {Check} */ { before, after }) => `Colours are off by ${before.mean.toFixed(1)} without, by ${after.mean.toFixed(1)} with it (ΔE00; 1 is hardly seen)`;
+/** How much a difference of colours is seen, ΔE00; the bounds are set by hand.  @param {number} off */
+const seen_ = (off) => (off < 1.5 ? 'hardly to be seen' : off < 3 ? 'to be seen side by side' : off < 6 ? 'to be seen' : 'plain to see');
+const difference = (/** @type {Check} */ { before, after }) => `Without it a difference from the wanted colours is ${seen_(before.mean)}, with it ${seen_(after.mean)}`;
+const figures = (/** @type {Check} */ { before, after }) => `Off by ${before.mean.toFixed(1)} without, by ${after.mean.toFixed(1)} with it, on the mean (ΔE00; 1 is hardly seen).`;
 
 function findings(/** @type {Finding[]} */ list) {
   return h('ul', { class: 'findings' }, list.map((one) => h('li', { class: SEVERE[one.severity] }, one.sentence, one.where ? h('span', { class: 'quiet' }, ` ${one.where}`) : '')));
@@ -138,7 +141,7 @@ export async function show(main, shared, [printerWanted, paperWanted]) {
     const parts = await Promise.all(/** @type {Scan[]} */ (facts.pictures).map(async (one, at) => pictured(done, one, at)));
     if ('pen' in facts) parts.push(await penned(done, facts.pen, facts.files.length - 1));
     if (facts.verified) {
-      parts.push(h('h2', {}, 'Before and after'), h('p', {}, difference(facts.verified)), ...facts.shades.map(swatches), h('p', {}, facts.verified.verdict), h('p', { class: 'quiet' }, facts.verified.lines.join(' ')));
+      parts.push(h('h2', {}, 'Before and after'), h('p', {}, `${difference(facts.verified)}.`), ...facts.shades.map(swatches), folded('More', h('p', {}, figures(facts.verified), ' ', facts.verified.verdict), h('p', { class: 'quiet' }, facts.verified.lines.join(' '))));
     }
     seen.replaceChildren(...parts);
     take(done);
@@ -152,7 +155,7 @@ export async function show(main, shared, [printerWanted, paperWanted]) {
   async function built() {
     const done = await step('table', {}, 'working it out');
     take(done);
-    panel.prepend(h('p', { class: 'quiet' }, `What was worked out misses the fields of the chart by ${done.facts.misses} on the mean (ΔE00; 1 is hardly seen).`));
+    panel.prepend(h('p', { class: 'quiet' }, `It misses the fields of the chart by a difference that is ${seen_(done.facts.misses)}.`), folded('More', h('p', { class: 'quiet' }, `${done.facts.misses} on the mean (ΔE00; 1 is hardly seen).`)));
   }
 
   async function stored() {

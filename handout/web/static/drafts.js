@@ -6,7 +6,8 @@ import { request } from './api.js';
 const WAIT = 400; // ms from a change to its keeping by the studio; further changes meanwhile go with it
 const waiting = new Map();
 const ELSEWHERE = 'Another window changed this since. What you do here is not kept: load the page anew to go on from there.';
-const elsewhere = new Set(); // names of what another window of this browser changed since it was shown here
+const since = /** @type {Map<string, number>} */ (new Map()); // name → when what it goes on from was kept
+const elsewhere = new Set(); // names of what another window changed since it was shown here
 
 const without = (/** @type {string | null} */ draft) => JSON.stringify({ ...JSON.parse(draft || '{}'), kept_at: 0 });
 addEventListener('storage', ({ key, oldValue, newValue }) => {
@@ -26,6 +27,7 @@ export async function kept(name) {
   elsewhere.delete(name);
   const own = here(name);
   const { draft } = await request('GET', `/api/drafts/${name}`).catch(() => ({}));
+  since.set(name, Math.max(draft?.kept_at || 0, own.kept_at || 0));
   return (draft?.kept_at || 0) > (own.kept_at || 0) ? draft : own;
 }
 
@@ -59,10 +61,12 @@ export function keep(name, values, place) {
     const latest = waiting.get(name);
     waiting.delete(name);
     try {
-      await request('PUT', `/api/drafts/${name}`, { draft: latest });
+      await request('PUT', `/api/drafts/${name}`, { draft: latest, since: since.get(name) ?? 0 });
+      since.set(name, latest.kept_at);
       place.textContent = '';
     } catch (/** @type {any} */ error) {
-      place.textContent = [0, 401].includes(error.status) ? '' : error.message; // that it is gone the page says itself
+      if (error.status === 409) elsewhere.add(name); // by another browser, which this one does not hear of
+      place.textContent = error.status === 409 ? ELSEWHERE : [0, 401].includes(error.status) ? '' : error.message; // that it is gone the page says itself
     }
   }, WAIT);
 }

@@ -422,11 +422,10 @@ export async function show(main, shared, [name, number = '0']) {
   const naming = h('form', { 'aria-label': 'Name the letter', onsubmit(/** @type {Event} */ event) { event.preventDefault(); label(input.value); view.svg.focus(); } },
     h('div', { class: 'row' }, h('div', { class: 'wide' }, field('Its letter', input)), h('button', {}, 'Name it')));
   main.append(h('div', { class: 'letters' },
-    h('h1', { class: 'hidden' }, `Letters of ${name}`),
     h('section', { class: 'stage', 'aria-label': 'The page' },
       h('div', { class: 'tools' }, hint, more, h('span', { class: 'joined push' }, button('+', () => view.zoom(0.7), false, { class: 'icon', 'aria-label': 'Larger' }), button('−', () => view.zoom(1.4), false, { class: 'icon', 'aria-label': 'Smaller' }))),
       view.svg),
-    h('aside', { class: 'side', 'aria-label': 'The letter' }, left, h('div', {}, title, about), refusal, naming,
+    h('aside', { class: 'side', 'aria-label': 'The letter' }, h('h1', {}, 'Is this letter right?'), h('p', { class: 'quiet' }, `The one in the frame, of ${name}. Name it where it is not: what you put right is written better from now on, and other letters learn from it.`), left, h('div', {}, title, about), refusal, naming,
       h('div', { class: 'keys' }, right, act('Next', '↓', nextDoubt), unwritten, act('It is no letter', 'Del', removeLetter), h('div', { class: 'pair' }, undo, redo)),
       folded('Where it begins and ends', h('div', { class: 'keys' }, act('Add the next piece', 'Alt+J', joinNext), link, tools.get('cut'), tools.get('outline'), tools.get('base'))),
       folded('How it is written', h('div', { class: 'keys' }, tools.get('strokes'), tools.get('write'))),

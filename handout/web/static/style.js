@@ -544,7 +544,7 @@ export async function show(main, shared, [wanted]) {
     plan = next; picked = 0;
     fit(); done(); pick(0);
   }
-  const ofWord = button('Take its points above', async () => {
+  const ofWord = button('Take its points below', async () => {
     try {
       const made = await request('POST', '/api/movements/targets', { text: word.value.trim() || 'minimum', hand: hand.value, style: draft() });
       begin({ targets: made.targets, up: made.pen_up, own: null, page: [made.page.width, made.page.height] });
@@ -598,19 +598,20 @@ export async function show(main, shared, [wanted]) {
   }
 
   const keys = h('p', { class: 'quiet', id: 'style-keys' }, ...[[',', ' '], ['.', ' choose · '], ['arrows', ' move · '], ['A', ' add · '], ['Del', ' delete · '], ['U', ' lift the pen · '], ['+', ' '], ['−', ' size, '], ['[', ' '], [']', ' turn, '], ['{', ' '], ['}', ' shape of the ellipse']].flatMap(([key, text]) => [h('kbd', {}, key), text]));
-  main.append(h('div', { class: 'style' }, h('h1', { class: 'hidden' }, 'Style'), h(
+  main.append(h('div', { class: 'style' }, h(
     'section', { class: 'desk', 'aria-label': 'Points' },
-    h('div', { class: 'tools' }, undo, redo, adder, button('−', () => zoom(1.25), { class: 'icon', 'aria-label': 'Smaller' }), button('Fit', () => { fit(); paint(); }), button('+', () => zoom(0.8), { class: 'icon', 'aria-label': 'Larger' }), watch, h('span', { class: 'joined push' }, format, download)),
-    stage, h('div', { class: 'beneath' }, h('div', { class: 'row between' }, told, figures), refusal, unkept, graph.canvas, keys),
     h('section', { class: 'word', 'aria-label': 'A word in this style' }, line.canvas, h('div', { class: 'row' }, field('Word', word), field('Handwriting', hand), ofWord), wordNote),
+    h('div', { class: 'tools' }, undo, redo, adder, button('−', () => zoom(1.25), { class: 'icon', 'aria-label': 'Smaller' }), button('Fit', () => { fit(); paint(); }), button('+', () => zoom(0.8), { class: 'icon', 'aria-label': 'Larger' }), watch),
+    stage, h('div', { class: 'beneath' }, h('div', { class: 'row between' }, told, figures), refusal, unkept, graph.canvas, more('Keys', keys)),
   ), h(
     'aside', { class: 'side', 'aria-label': 'Style' },
-    h('p', {}, h('a', { href: '#styles' }, 'All styles, side by side')), h('div', {}, field('Open a style', chooser)),
+    h('h1', {}, 'How the pen moves'), h('p', { class: 'quiet' }, 'Move a slider and see the word change; drag the points to try it on a line of your own. Then keep it: every handwriting can be written in it.'),
     h('div', { class: 'row' }, h('div', { class: 'wide' }, field('Name', name)), plain('Keep the style', keepIt, true)), saveRefusal,
     h('section', {}, groups),
     h('section', {}, more('The chosen point', aside, h('div', { class: 'row' }, button('Add after it', KEYS.a), button('Delete', remove), lifting), eachLabel, hint),
       more('Chance', h('div', { class: 'row' }, field('Faint samples', samples), die), still), more('Trace a photograph', photoInput, photoBox),
-      more('Points from a file', opener, h('div', { class: 'row after' }, button('Begin anew', () => begin(copy(FIRST)))))),
+      more('Files', h('div', { class: 'row' }, format, download), opener, h('div', { class: 'row after' }, button('Begin anew', () => begin(copy(FIRST)))))),
+    h('section', {}, field('Another style', chooser), h('p', {}, h('a', { href: '#styles' }, 'All styles, side by side'))),
   )));
 
   const watcher = new ResizeObserver(() => {

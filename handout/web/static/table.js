@@ -12,6 +12,7 @@ const TO = { pdf: 'a PDF file', printer: 'a printer', plotter: 'a plotter, with 
 /** @type {Record<string, string>} */
 const STATES = { new: 'no proof yet', proofed: 'waits for your approval', approved: 'approved, not made', 'broken off': 'stopped on the way', done: 'done' };
 const STEPS = ['Table', 'Letter', 'Paper', 'Proof', 'Make'];
+const GAP = /«([^«»,]+)(?:, else ([^«»"]+))?»/g;
 const PAUSE = 100, REST = 500; // ms after the last key until the first page of a row is new, then all of them
 const SCREEN_DPI = 110;
 /** @type {Record<string, string>} */
@@ -92,7 +93,7 @@ export async function show(main, shared, [name]) {
   }
   /** @param {(name: string) => void} [press] */
   const chips = (press) => h('div', { class: 'chips', role: 'group', 'aria-label': press ? 'Gaps that the table fills' : 'Columns' },
-    known.columns.map((one) => (press ? h('button', { type: 'button', class: 'chip', title: `From the column ${one.header}`, onclick: () => press(one.name) }, one.name.replaceAll('_', ' ')) : h('span', { class: 'chip' }, one.header))));
+    known.columns.map((one) => (press ? h('button', { type: 'button', class: 'chip', title: `From the column ${one.header}`, onclick: () => press(one.name) }, plain(one.name)) : h('span', { class: 'chip' }, one.header))));
   const onward = (/** @type {string} */ label, /** @type {number} */ step, back = step - 2) => h('div', { class: 'row between onward' }, back >= 0 ? act('Back', () => go(back)) : h('span', {}), act(label, () => go(step), true));
 
   function tableStep() {
@@ -109,19 +110,30 @@ export async function show(main, shared, [name]) {
       known ? [h('h2', {}, draft.name), chips(), rowsTable(), more('More', onceLabel), onward('Next: the letter', 1)] : '', before];
   }
 
+  // gaps as they are shown, «first name» or «gift, else coming», and as they are kept: {{ first_name }}, {{ gift|default("coming") }}
+  const plain = (/** @type {string} */ name) => name.replaceAll('_', ' ');
+  const seen = (/** @type {string} */ letter) => letter.replace(/{{ *(\w+)(?: *\| *default\("([^"»]*)"\))? *}}/g, (gap, name, other) => (known.columns.some((one) => one.name === name) ? `«${plain(name)}${other ? `, else ${other}` : ''}»` : gap));
+  const gapped = (/** @type {string} */ text) => text.replace(GAP, (shown, label, other) => {
+    const column = known.columns.find((one) => plain(one.name) === label);
+    return column ? `{{ ${column.name}${other ? `|default("${other}")` : ''} }}` : shown;
+  });
   function letterStep() {
-    const letter = h('textarea', { rows: 11, id: 'letter', spellcheck: 'true', placeholder: 'Dear {{ first_name }},\n\n…', maxlength: 100000, oninput: () => { keep({ letter: letter.value }); soon(); } });
-    letter.value = draft.letter;
+    const letter = h('textarea', { rows: 11, id: 'letter', spellcheck: 'true', placeholder: 'Dear «first name»,\n\n…', maxlength: 100000, oninput: () => { keep({ letter: gapped(letter.value) }); soon(); },
+      onkeydown: (/** @type {KeyboardEvent} */ event) => { // a gap goes as one
+        const { selectionStart: at, selectionEnd: end, value } = letter, [gap] = [...value.matchAll(GAP)].filter(({ index, 0: all }) => index + all.length === at);
+        if (event.key === 'Backspace' && at === end && gap && gapped(gap[0]) !== gap[0]) letter.setSelectionRange(gap.index, at);
+      } });
+    letter.value = seen(draft.letter);
     const put = (/** @type {string} */ text, all = false) => {
       if (all) letter.value = text; else letter.setRangeText(text, letter.selectionStart, letter.selectionEnd, 'end');
       letter.focus();
-      keep({ letter: letter.value }); soon();
+      keep({ letter: gapped(letter.value) }); soon();
     };
     const [markdownLabel, markdown] = tick('With headings, lists and a P.S. (Markdown)', { checked: Boolean(draft.markdown), onchange: () => { keep({ markdown: markdown.checked }); soon(); } });
     const names = known.columns.map((one) => one.name), fitting = (/** @type {string} */ text) => [...text.matchAll(/{{ (\w+)/g)].every(([, one]) => names.includes(one));
-    return [h('h1', {}, 'What does it say?'), h('p', { class: 'quiet' }, 'Press a column to put it where the cursor stands: each letter has what stands there in its row.'), chips((one) => put(`{{ ${one} }}`)),
+    return [h('h1', {}, 'What does it say?'), h('p', { class: 'quiet' }, 'Press a column to put it where the cursor stands: each letter has there what stands in its row.'), chips((one) => put(seen(`{{ ${one} }}`))),
       h('label', { for: 'letter' }, 'Letter'), letter,
-      h('div', { class: 'row' }, h('span', { class: 'quiet small' }, 'Begin with:'), Object.keys(LETTERS).filter((one) => fitting(LETTERS[one])).map((one) => act(one, () => put(LETTERS[one], true)))),
+      h('div', { class: 'row' }, h('span', { class: 'quiet small' }, 'Begin with:'), Object.keys(LETTERS).filter((one) => fitting(LETTERS[one])).map((one) => act(one, () => put(seen(LETTERS[one]), true)))),
       more('More', markdownLabel, h('p', { class: 'quiet' }, 'No letter, but envelopes? Leave the text empty.')), refused, unkept, onward('Next: the paper', 2)];
   }
 
