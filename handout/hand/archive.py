@@ -224,8 +224,9 @@ class Archive:
             array = np.lib.format.read_array(io.BytesIO(data), allow_pickle=False, max_header_size=1000)
         except (ValueError, EOFError, TypeError, SyntaxError, TokenError, OverflowError, MemoryError) as error:
             raise self.error(f"{name} is not an array") from error
-        if np.dtype(dtype).kind in "iu" and array.dtype == np.uint8 and array.ndim > len(shape) and 0 < len(array) <= 4:
-            array = join_bytes(array).astype(dtype)
+        if dtype in ("int32", "uint16") and array.dtype == np.uint8 and array.ndim > len(shape) and 0 < len(array) <= 4:
+            joined = join_bytes(array)
+            array = joined.astype(dtype) if np.array_equal(joined, joined.astype(dtype)) else joined
         fits = array.ndim == len(shape) and all(w in (None, n) for n, w in zip(array.shape, shape, strict=True))
         if array.dtype != np.dtype(dtype) or not fits:
             wanted = ", ".join("any" if n is None else str(n) for n in shape)

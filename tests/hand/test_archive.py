@@ -95,6 +95,10 @@ def test_parts_must_be_what_they_should(tmp_path):
     assert "missing" in refusal(tmp_path, array, lambda a: a.array("uv.npy", "float32", None, 2))
     assert "float64" in refusal(tmp_path, array, lambda a: a.array("xy.npy", "float64", None, 2))
     assert "(any, 3)" in refusal(tmp_path, array, lambda a: a.array("xy.npy", "float32", None, 3))
+    split = {"r.npy": split_bytes(np.array([3, 65536])), "d.npy": np.ones((2, 5), dtype=np.uint8)}
+    assert "r.npy is int32 of (2,), not uint16" in refusal(tmp_path, split, lambda a: a.array("r.npy", "uint16", None))
+    assert "d.npy is uint8 of (2, 5), not uint8" in refusal(tmp_path, split, lambda a: a.array("d.npy", "uint8", None))
+    assert "d.npy is uint8" in refusal(tmp_path, split, lambda a: a.array("d.npy", "float32", None))
     holes = {"xy.npy": np.array([0.0, np.nan])}
     assert "finite" in refusal(tmp_path, holes, lambda a: a.array("xy.npy", "float64", None))
     assert "RGB" in refusal(tmp_path, {"p.png": png("RGB")[0]}, lambda a: a.picture("p.png", "RGBA"))
