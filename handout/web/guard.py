@@ -3,8 +3,8 @@
 A page of another site may send requests to this server, and a name of its own may be made to lead here (DNS
 rebinding).  So the Host has to be this very address, an Origin that is named has to be this page's, and what is under
 /api needs a session's key in the header Authorization, which no browser sends by itself: there are no cookies.  Bodies
-are counted while they come in; too many requests, with or without a key, are refused each from an allowance of its own,
-so that who guesses keys does not lock out the user.
+are counted while they come in; too many requests, with a key, without one, or for the pages themselves, are refused
+each from an allowance of its own, so that who guesses keys does not lock out the user.
 """
 
 from __future__ import annotations
@@ -74,8 +74,8 @@ class Guard:
         self._hosts = {name.encode() for name in names}
         self._origins = {f"http://{name}".encode() for name in names}
         # a page that is typed into asks a few times a second, a page of tiles some hundred at once, a target that is
-        # dragged once for each picture of a screen, 60 a second; set by hand
-        self._members, self._strangers = Allowance(600, 75), Allowance(120, 2)
+        # dragged once for each picture of a screen, 60 a second, a page that is loaded anew for its dozen files; set by hand
+        self._members, self._strangers, self._files = Allowance(600, 75), Allowance(120, 2), Allowance(600, 75)
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         if scope["type"] == "lifespan":
@@ -110,9 +110,11 @@ class Guard:
         key = headers.get(b"authorization", [b""])[0].decode("latin-1").removeprefix("Bearer ")
         if scope["path"].startswith("/api/") and self._known(key):
             return None if self._members.take() else _MANY
+        if not scope["path"].startswith("/api/"):
+            return None if self._files.take() else _MANY
         if not self._strangers.take():
             return _MANY
-        if not scope["path"].startswith("/api/") or scope["path"] in OPEN:
+        if scope["path"] in OPEN:
             return None
         return 401, "This needs a session: open the link that `handout studio` printed."
 

@@ -71,9 +71,13 @@ def test_text_stands_on_the_rule_under_it_and_in_the_middle_of_a_box():
 
 def test_several_lines_stand_on_the_rules_of_their_field():
     field = text_field((20.0, 40.0, 70.0, 80.0), multiline=True)
-    page, _ = written(field, "nun mum mun num nun mum mun num mum", [8.0, 17.0, 26.0, 35.0])
-    feet = [np.percentile(np.concatenate([s for p in line.placed for s in p.strokes])[:, 1], 95) for line in page.lines]
-    assert len(feet) > 1 and feet == pytest.approx([48 + 9 * n for n in range(len(feet))], abs=0.6)
+    off = []
+    for seed in range(8):
+        page, _ = written(field, "nun mum mun num nun mum mun num mum", [8.0, 17.0, 26.0, 35.0], seed=seed)
+        lines = [np.concatenate([s for p in line.placed for s in p.strokes])[:, 1] for line in page.lines]
+        assert len(lines) > 1
+        off += [np.percentile(line, 95) - (48 + 9 * number) for number, line in enumerate(lines)]
+    assert np.mean(off) == pytest.approx(0, abs=0.25) and max(map(abs, off)) < 1.2  # feet wander by .35 mm
 
 
 def test_long_answers_are_written_smaller_and_then_not_at_all():
