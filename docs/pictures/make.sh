@@ -28,7 +28,7 @@ handout fill "$work/form.pdf" examples/form.csv --rows 2 --seed 3 --dpi 150 --qu
 handout pen test --device simulated --page A5 --dry-run "$work/test-sheet.png" --quiet
 handout write "It writes itself." --hand house-joined --page 90x20mm --margin 3mm,6mm --pages 1 --fit --seed 2 --quiet -o "$here/replay.svg"
 handout write "Dear Ada, thank you for the quinces. We shall visit you in August and bring the old zither." \
-  --hand house-joined-ballpoint --page 130x30mm --margin 4mm,6mm --pages 1 --fit --seed 2 --dpi 150 --quiet -o "$work/scanned.png"
+  --hand house-joined-ballpoint --page 130x30mm --margin 4mm,6mm --pages 1 --fit --seed 4 --dpi 150 --quiet -o "$work/scanned.png"
 while IFS='|' read -r hand language text; do
   handout write "$text" --hand "house-$hand" --language "$language" --page 110x55mm --margin 4mm,6mm --pages 1 --fit --seed 6 --dpi 140 --quiet -o "$work/alphabet-$language.png"
 done <<'TEXTS'

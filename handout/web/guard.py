@@ -74,7 +74,7 @@ class Guard:
         self._hosts = {name.encode() for name in names}
         self._origins = {f"http://{name}".encode() for name in names}
         # a page that is typed into asks a few times a second, a page of tiles some hundred at once, a target that is
-        # dragged once for each picture of a screen, 60 a second, a page that is loaded anew for its dozen files; set by hand
+        # dragged once for each picture of a screen, 60 a second, a page that is loaded anew a dozen times; set by hand
         self._members, self._strangers, self._files = Allowance(600, 75), Allowance(120, 2), Allowance(600, 75)
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
@@ -108,13 +108,15 @@ class Guard:
         if sentence:
             return (403, sentence) if self._strangers.take() else _MANY
         key = headers.get(b"authorization", [b""])[0].decode("latin-1").removeprefix("Bearer ")
-        if scope["path"].startswith("/api/") and self._known(key):
-            return None if self._members.take() else _MANY
-        if not scope["path"].startswith("/api/"):
-            return None if self._files.take() else _MANY
-        if not self._strangers.take():
+        return self._refuse(scope["path"], key)
+
+    def _refuse(self, path: str, key: str) -> tuple[int, str] | None:
+        """The same by the key alone, of a request of the studio's pages."""
+        own = not path.startswith("/api/")  # the pages themselves, which hold no secret
+        known = not own and self._known(key)
+        if not (self._files if own else self._members if known else self._strangers).take():
             return _MANY
-        if scope["path"] in OPEN:
+        if own or known or path in OPEN:
             return None
         return 401, "This needs a session: open the link that `handout studio` printed."
 
