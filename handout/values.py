@@ -30,11 +30,7 @@ def readonly(values: ArrayLike, *shape: int | None) -> Array:
     Raises ValueError: wrong shape or a value that is not finite.
     """
     array = np.array(values, dtype=np.float64)
-    fits = array.ndim == len(shape)
-    for want, have in zip(shape, array.shape, strict=False):  # a generator would take a fifth of the time of this
-        fits = fits and want in (None, have)
-    if not fits:
-        raise ValueError(f"expected an array of shape {shape}, got {array.shape}")
+    _check_shape(array, shape)
     if not np.isfinite(array).all():
         raise ValueError("expected finite numbers")
     array.flags.writeable = False
@@ -51,13 +47,19 @@ def readonly_indices(values: ArrayLike, *shape: int | None) -> Indices:
     """
     numbers = np.asarray(values)
     array = numbers.astype(np.intp)
-    fits = array.ndim == len(shape) and all(want in (None, have) for want, have in zip(shape, array.shape, strict=True))
-    if not fits:
-        raise ValueError(f"expected an array of shape {shape}, got {array.shape}")
+    _check_shape(array, shape)
     if numbers.dtype.kind != "i" and not np.array_equal(numbers, array):
         raise ValueError("expected whole numbers")
     array.flags.writeable = False
     return array
+
+
+def _check_shape(array: NDArray[np.generic], shape: tuple[int | None, ...]) -> None:
+    fits = array.ndim == len(shape)
+    for want, have in zip(shape, array.shape, strict=False):  # a generator would take twice the time of all this
+        fits = fits and want in (None, have)
+    if not fits:
+        raise ValueError(f"expected an array of shape {shape}, got {array.shape}")
 
 
 _VARIES = 0.08  # of the width of a mark: what varies less is an even line
@@ -495,15 +497,15 @@ class LineGraph:
         """The part of the graph on the vertices `keep` ((n,) bool or indices): edges and tags within it."""
         where = np.zeros(len(self), dtype=bool)
         where[np.asarray(keep)] = True
-        number = np.cumsum(where) - 1
-        inside = where[self.edges].all(axis=1)
+        kept = np.flatnonzero(where)
+        number = {-1: -1, **{vertex: at for at, vertex in enumerate(kept.tolist())}} if self.tags else {}
         tags = tuple(
-            Tag(tag.kind, int(number[tag.at]), tag.text, int(number[tag.to]) if tag.to >= 0 else -1)
+            Tag(tag.kind, number[tag.at], tag.text, number[max(tag.to, -1)])
             for tag in self.tags
-            if where[tag.at] and (tag.to < 0 or where[tag.to])
+            if tag.at in number and max(tag.to, -1) in number
         )
-        edges = number[self.edges[inside]]
-        return LineGraph(self.xy[where], self.radius[where], self.density[where], self.uv[where], edges, tags)
+        edges = self.edges_between(kept)
+        return LineGraph(self.xy[kept], self.radius[kept], self.density[kept], self.uv[kept], edges, tags)
 
 
 @dataclass(frozen=True, eq=False)
