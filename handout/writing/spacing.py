@@ -515,9 +515,7 @@ def height_model(forms: Forms, near: Neighbours) -> HeightModel:
     author, own = forms.hand.author or forms.hand, forms.hand.own_count
     known = learnt(author, "heights", VERSION, own, lambda: _predicted_heights(forms.of_author))
     predicted = np.concatenate([known, height[own:]])  # letters that were added stand as they were made to
-    deviation = np.array(
-        [_rise_deviation(near.pairs(parted), height - predicted, marks) for parted in (False, True)]
-    )
+    deviation = np.array([_rise_deviation(near.pairs(parted), height - predicted, marks) for parted in (False, True)])
     ligature_deviation = _ligature_deviation(forms, predicted, float(deviation[0]))
     return HeightModel(forms, height, predicted, deviation, ligature_deviation, HOLD, marks, near)
 
