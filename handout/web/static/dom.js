@@ -64,6 +64,16 @@ export function handChoice(hands, first = {}) {
     part('My own', hands.filter((one) => one.own)), part('Drawn by a pen', hands.filter((one) => one.drawn)), part('From paper, with its ink', hands.filter((one) => !one.drawn && !one.own)));
 }
 
+const HUES = { red: 16, orange: 42, yellow: 66, green: 164, turquoise: 196, blue: 254, violet: 290, pink: 338, 'red ': 360 }; // to where in the circle of hues; set by eye
+
+/** An ink as people call it: #7c1f2b is red.  @param {string} hex */
+export function inkName(hex) {
+  const rgb = [1, 3, 5].map((at) => parseInt(hex.slice(at, at + 2), 16) / 255), [most, least] = [Math.max(...rgb), Math.min(...rgb)], light = (most + least) / 2, first = rgb.indexOf(most);
+  if (most - least < 0.12) return light < 0.3 ? 'black' : light < 0.9 ? 'grey' : 'white';
+  const turn = (60 * (2 * first + (rgb[(first + 1) % 3] - rgb[(first + 2) % 3]) / (most - least)) + 360) % 360, [name] = /** @type {[string]} */ (/** @type {unknown} */ (Object.entries(HUES).find(([, to]) => turn <= to)));
+  return name === 'orange' && light < 0.4 ? 'brown' : name.trim();
+}
+
 /** [what they share, rows] of rows that have the same said of them, in their order.  @template R @param {R[]} rows @param {(row: R) => string} said @returns {[string, R[]][]} */
 export function grouped(rows, said) {
   const groups = new Map();

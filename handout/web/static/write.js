@@ -241,13 +241,14 @@ export async function show(main, shared, [hand]) {
     const focused = Boolean(sheet.querySelector('.marks')?.contains(document.activeElement));
     if (element instanceof SVGSVGElement) appear(element, sheet.querySelector('svg:not(.marks)'));
     sheet.replaceChildren(element);
+    sheet.dataset.version = String(facts.seed);
     last = done;
     overlaid(focused);
     place.textContent = pages > 1 ? `page ${page + 1} of ${pages}` : 'one page';
     pager.hidden = pages === 1; back.disabled = page === 0; on.disabled = page >= pages - 1;
     const sentences = told(facts, done.said);
     if (rewritten.size) sentences.push(`Written again: ${(facts.words || []).filter((word) => rewritten.has(word.at)).map((word) => `“${word.word}”`).join(', ')}. All other words are kept.`);
-    const figures = facts.page ? [] : [plural(facts.lines, 'line'), facts.strokes ? `${clock(facts.duration_s)} by hand` : '', `version ${facts.seed}`];
+    const figures = facts.page ? [] : [plural(facts.lines, 'line'), facts.strokes ? `${clock(facts.duration_s)} by hand` : ''];
     const known = facts.page ? notes.querySelector('p') : h('p', { class: 'quiet' }, figures.filter(Boolean).join(' · '));
     notes.replaceChildren(known || '', offer(), sentences.length ? h('ul', {}, sentences.map((one) => h('li', {}, one))) : '');
   }
