@@ -7,7 +7,7 @@
 /** @typedef {{before: {mean: number}, after: {mean: number}}} Check */
 /** @typedef {[string, ...string[][]]} Shades */
 import { blob, fileOf, request, takeAway, task, upload } from './api.js';
-import { button as plain, choice, field, guarded, h, handChoice, inkName, more as folded, picker, refusal as refusals, s, save, say, steps as row, tick } from './dom.js';
+import { button as plain, choice, field, guarded, h, handChoice, inkName, more as folded, picker, refusal as refusals, s, save, say, steps as row, tick, titled } from './dom.js';
 import { picture as shown, progress } from './work.js';
 
 const TAKEN = '.png,.jpg,.jpeg,.tif,.tiff,.webp,.bmp';
@@ -70,10 +70,10 @@ export async function show(main, shared, [printerWanted, paperWanted]) {
   /** @type {any} */
   let state = null;
 
-  const printer = choice(known.printers.map((one) => one.name), Object.fromEntries(known.printers.map((one) => [one.name, one.title])));
+  const printer = titled(known.printers);
   const papers = h('datalist', { id: 'papers' });
   const paper = h('input', { list: 'papers', required: true, pattern: '[\\w \\-]{1,60}', title: 'Letters, digits, spaces, - and _', value: paperWanted || 'plain', autocomplete: 'off' });
-  const sheet = choice(['A4', 'letter']);
+  const sheet = choice(['A4', 'letter'], { letter: 'US letter' });
   const hand = handChoice(shared.choices.hands.filter((one) => !one.drawn), { '': 'none' });
   const faults = Object.keys(known.simulated.faults);
   const fault = choice(['', ...faults], { '': 'nothing goes wrong' });

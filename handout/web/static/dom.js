@@ -1,6 +1,6 @@
 // Elements, made without any HTML in text: what a hand or a file is called cannot become markup.
 
-/** @import { Child, Hand, Properties } from './types' */
+/** @import { Child, Hand, Machines, Named, Properties } from './types' */
 const SVG = 'http://www.w3.org/2000/svg';
 
 /** @template {Element} E @param {E} element @param {Properties | undefined} properties @param {Child[]} children @returns {E} */
@@ -56,6 +56,15 @@ export function tick(label, properties) {
 export function choice(/** @type {string[]} */ names_, /** @type {Record<string, string>} */ labels = {}) {
   return h('select', {}, names_.map((name) => h('option', { value: name }, labels[name] ?? name)));
 }
+
+/** A choice of what has a name and a title.  @param {Named[]} some @param {Record<string, string>} [first] */
+export const titled = (some, first = {}) => choice([...Object.keys(first), ...some.map(({ name }) => name)], { ...first, ...Object.fromEntries(some.map(({ name, title }) => [name, title])) });
+
+/** Print queues and printers, without the one that makes a file.  @param {Machines} machines */
+export const printersOf = ({ queues, printers }) => [...queues.map((name) => ({ name, title: name })), ...printers.filter(({ name }) => name !== 'printer-pdf')];
+
+/** Where a plotter is connected.  @param {Named[]} ports */
+export const portChoice = (ports) => titled(ports.map(({ name, title }) => ({ name, title: name.startsWith('sim') ? title : `${name} ${title}` })), { '': 'Choose where …' });
 
 /** Hands by what they are called; those of one's own first.  @param {Hand[]} hands @param {Record<string, string>} [first] */
 export function handChoice(hands, first = {}) {

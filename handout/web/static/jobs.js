@@ -6,7 +6,7 @@
 /** @typedef {(quarters: number, x: number, y: number) => Promise<void>} Lay */
 import { follow, request, task, text as fetched } from './api.js';
 import { remember } from './drafts.js';
-import { ARROWS, button, choice, field, guarded, h, inkName, machine as chosenMachine, more, refusal as refusals, s, say, tick } from './dom.js';
+import { ARROWS, button, choice, field, guarded, h, inkName, machine as chosenMachine, more, portChoice, refusal as refusals, s, say, tick, titled } from './dom.js';
 import { alike, inOrder, writtenTo } from './replay.js';
 import { drawing } from './work.js';
 
@@ -28,9 +28,7 @@ function state(/** @type {Plot} */ plot, /** @type {Record<string, string>} */ d
 
 /** The machine: its port, and its pen moved by hand.  @param {Machines} machines */
 function machine(machines) {
-  const labels = Object.fromEntries(machines.ports.map((port) => [port.name, port.name.startsWith('sim') ? port.title : `${port.name} ${port.title}`]));
-  const port = choice(['', ...machines.ports.map((one) => one.name)], { '': 'Choose where …', ...labels });
-  const device = choice(machines.plotters.map((one) => one.name), Object.fromEntries(machines.plotters.map((one) => [one.name, one.title])));
+  const port = portChoice(machines.ports), device = titled(machines.plotters);
   const before = chosenMachine();
   if (before.port && machines.ports.some((one) => one.name === before.port)) port.value = before.port;
   if (machines.plotters.some((one) => one.name === before.device)) device.value = before.device;

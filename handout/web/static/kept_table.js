@@ -3,7 +3,7 @@
 /** @import { Batch, Machines, Snapshot } from './types' */
 import { blob, follow, request, task } from './api.js';
 import * as drafts from './drafts.js';
-import { button, choice, field, grouped, guarded, h, more as folded, named, refusal as refusals, save, say, steps, tick } from './dom.js';
+import { button, field, grouped, guarded, h, more as folded, named, portChoice, refusal as refusals, save, say, steps, tick } from './dom.js';
 import { picture } from './work.js';
 
 const TO = { pdf: 'a PDF file', printer: 'a printer', plotter: 'the plotter' };
@@ -22,7 +22,7 @@ export async function kept(/** @type {HTMLElement} */ main, /** @type {string} *
   const proofs = h('div', { class: 'proofs' }), rows = h('div', { class: 'rows', tabindex: 0, role: 'region', 'aria-label': 'Rows' });
   const more = h('button', { type: 'button', hidden: true, onclick: () => pictures(proofs.childElementCount) });
   const act = (/** @type {string} */ label, /** @type {() => any} */ work, main_ = false) => button(label, guarded(refusal, work), main_);
-  const ports = choice(['', ...machines.ports.map((port) => port.name)], Object.fromEntries([['', 'Choose …']].concat(machines.ports.map((port) => [port.name, port.name.startsWith('sim') ? port.title : `${port.name} ${port.title}`]))));
+  const ports = portChoice(machines.ports);
   const others = machines.ports.map(/** @returns {[string, HTMLLabelElement, HTMLInputElement]} */ (port) => [port.name, ...tick(port.name.startsWith('sim') ? port.title : port.name, {})]);
   const sharing = folded('Share it with more plotters', others.map(([, label]) => label));
   const where = h('div', { class: 'grid' }, field('Connected at', ports), sharing);

@@ -227,21 +227,22 @@ export async function show(main, shared, [name, number = '0']) {
     return true;
   }
 
+  /** @type {Pen} */
+  const CUT = { kind: 'line', done: ([a, b]) => { stop(); correct({ do: 'split', a, b }, { unnamed: true }); } };
   function beginCut() {
     if (!here()) return;
     const { box: [x, y, right, low] } = here(), lean = sheet.slant * (low - y) / 2, over = unit * 0.2, cx = (x + right) / 2;
-    const cut = { kind: 'line', done: (/** @type {Point[]} */ [a, b]) => { stop(); correct({ do: 'split', a, b }, { unnamed: true }); } };
-    if (begin('cut', cut, 'Draw the cut; or move it with ← and →, tilt it with ↑ and ↓, Enter cuts.')) {
+    if (begin('cut', CUT, '')) {
       mode.way = [[cx + lean, y - over], [cx - lean, low + over]];
-      view.draw({ ...cut, start: mode.way });
-      hint.textContent = 'Draw the cut; or move it with ← and →, tilt it with ↑ and ↓; Enter cuts, Esc leaves it.';
+      view.draw({ ...CUT, start: mode.way });
+      hint.textContent = KEYS ? 'Draw the cut; or move it with ← and →, tilt it with ↑ and ↓; Enter cuts, Esc leaves it.' : 'Draw the cut; the button again leaves it.';
     }
   }
   function moveCut(/** @type {string} */ key, /** @type {number} */ step) {
     if (!mode) return;
     const by = /** @type {Record<string, number[]>} */ ({ ArrowLeft: [-step, -step], ArrowRight: [step, step], ArrowUp: [step, -step], ArrowDown: [-step, step] })[key];
     mode.way = mode.way.map((/** @type {Point} */ [x, y], /** @type {number} */ end) => [x + by[end], y]);
-    view.draw({ kind: 'line', start: mode.way, done: (/** @type {Point[]} */ [a, b]) => { stop(); correct({ do: 'split', a, b }, { unnamed: true }); } });
+    view.draw({ ...CUT, start: mode.way });
   }
   function beginOutline() {
     if (!here()?.letter) { refusal.textContent = 'This has no name yet: type its letter.'; return; }
@@ -357,7 +358,8 @@ export async function show(main, shared, [name, number = '0']) {
     const arrow = pressedKey.startsWith('Arrow');
     if (pressedKey === 'Escape') stop();
     else if (mode.way && arrow) moveCut(pressedKey, (event.shiftKey ? 8 : 2));
-    else if (mode.way && pressedKey === 'Enter') { const [a, b] = mode.way; stop(); correct({ do: 'split', a, b }, { unnamed: true }); } else if (mode.base && (pressedKey === 'ArrowUp' || pressedKey === 'ArrowDown')) {
+    else if (mode.way && pressedKey === 'Enter') CUT.done(mode.way);
+    else if (mode.base && (pressedKey === 'ArrowUp' || pressedKey === 'ArrowDown')) {
       const by = (pressedKey === 'ArrowUp' ? -1 : 1) * unit * 0.05;
       if (!event.shiftKey) mode.base.a[1] += by;
       mode.base.b[1] += by;

@@ -3,7 +3,7 @@
 /** @import { Batch, Machines, Row, Show, Table } from './types' */
 import { blob, fileOf, request, task, text as fetched, takeAway, upload } from './api.js';
 import { kept as made } from './kept_table.js';
-import { button, choice, field, grouped, guarded, h, handChoice, machine, more, named, picker, refusal, SIZES, steps, tick } from './dom.js';
+import { button, choice, field, grouped, guarded, h, handChoice, machine, more, named, picker, printersOf, refusal, SIZES, steps, tick, titled } from './dom.js';
 import * as drafts from './drafts.js';
 import { drawing, picture } from './work.js';
 
@@ -141,9 +141,7 @@ export async function show(main, shared, [name]) {
     const set = (/** @type {string} */ key) => (/** @type {any} */ event) => { keep({ [key]: event.target.type === 'checkbox' ? event.target.checked : event.target.value }); chosen(); soon(); };
     const pick = (/** @type {string} */ key, /** @type {HTMLSelectElement} */ control) => { if (draft[key]) control.value = draft[key]; if (control.selectedIndex < 0) control.selectedIndex = 0; control.addEventListener('change', set(key)); return control; };
     const hand = pick('hand', handChoice(shared.choices.hands)), page = pick('page', choice(shared.choices.pages, SIZES)), to = pick('to', choice(Object.keys(TO), TO));
-    const printers = [...machines.queues, ...machines.printers.map((one) => one.name).filter((one) => one !== 'printer-pdf')];
-    const printer = pick('printer', choice(printers, Object.fromEntries(machines.printers.map((one) => [one.name, one.title]))));
-    const device = pick('device', choice(machines.plotters.map((one) => one.name), Object.fromEntries(machines.plotters.map((one) => [one.name, one.title]))));
+    const printer = pick('printer', titled(printersOf(machines))), device = pick('device', titled(machines.plotters));
     const [envelopeLabel] = tick('An envelope for each letter', { checked: Boolean(draft.envelopes && !known.no_envelopes), disabled: Boolean(known.no_envelopes), onchange: set('envelopes') });
     const sharing = h('fieldset', {}, h('legend', {}, 'Shared with these printers'), machines.queues.map((queue) => tick(queue, { checked: (draft.queues || []).includes(queue), onchange: (/** @type {any} */ { target }) => keep({ queues: [...(draft.queues || []).filter((/** @type {string} */ one) => one !== queue), ...(target.checked ? [queue] : [])] }) })[0]));
     const printerField = field('Printer', printer), deviceField = field('Plotter', device);
