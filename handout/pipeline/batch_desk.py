@@ -26,8 +26,8 @@ from handout.pipeline.batch_store import (
     REFUSED,
     TESTED,
     TOLD,
-    Batch,
     BatchPlan,
+    KeptBatch,
     find_batch,
     folder,
     list_batches,
@@ -232,7 +232,7 @@ def make_batch(name: str, ports: Sequence[str], at_zero: bool, *, listener: Page
         return _make(batch, name, ports, at_zero, listener)
 
 
-def _make(batch: Batch, name: str, ports: Sequence[str], at_zero: bool, listener: PageWire) -> Facts:
+def _make(batch: KeptBatch, name: str, ports: Sequence[str], at_zero: bool, listener: PageWire) -> Facts:
     plan, merge = batch.plan, batch.merge
     if merge.approved is None:
         raise InputError(f"The proof of the batch {name} was not approved: approve it first.")
@@ -257,7 +257,7 @@ def _make(batch: Batch, name: str, ports: Sequence[str], at_zero: bool, listener
     return {**show_batch(name), "complete": True, "made": {**told, "files": []}}
 
 
-def _rows(batch: Batch) -> str:
+def _rows(batch: KeptBatch) -> str:
     """The rows that are made: those of its plan, without those that its proof says cannot be, or that were left out."""
     chosen, left_out = batch.plan.table.rows, batch.left_out
     if not read_facts(batch.folder / FACTS).get("failed") and not left_out:
@@ -273,13 +273,15 @@ def _rows(batch: Batch) -> str:
     return ",".join(f"{first}-{last}" for first, last in good)
 
 
-def _proofed_rows(batch: Batch) -> list[int]:
+def _proofed_rows(batch: KeptBatch) -> list[int]:
     """The rows that its proof says can be made."""
     rows: list[int] = read_facts((batch.folder / PROOF).with_suffix(".json")).get("rows", [])
     return rows
 
 
-def _print_or_plot(batch: Batch, table: TableOptions, where: tuple[Sequence[str], bool], page: AtPage) -> BatchDelivery:
+def _print_or_plot(
+    batch: KeptBatch, table: TableOptions, where: tuple[Sequence[str], bool], page: AtPage
+) -> BatchDelivery:
     """What becomes of a batch at some ports, or at its printers."""
     (ports, at_zero), plan, merge = where, batch.plan, batch.merge
     if plan.to != "plotter":

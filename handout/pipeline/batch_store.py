@@ -61,7 +61,7 @@ _PARTS: dict[str, type[Any]] = {
 
 
 @dataclass(frozen=True)
-class Batch:
+class KeptBatch:
     """A batch in its folder."""
 
     folder: Path
@@ -155,7 +155,7 @@ def folder() -> Path:
     return shipped.own_folder("state") / "desk-batches"
 
 
-def read_batch(path: Path) -> Batch:
+def read_batch(path: Path) -> KeptBatch:
     """A batch of its folder."""
     data = msgspec.json.decode((path / PLAN).read_bytes())
     begun, asked = data.pop("begun"), data.pop("asked", "")
@@ -163,10 +163,10 @@ def read_batch(path: Path) -> Batch:
         data[name] = kind(**data[name])
     data["table"] = replace(data["table"], columns=tuple(data["table"].columns))
     data["queues"] = tuple(data.get("queues", ()))
-    return Batch(path, BatchPlan(**data), begun, asked)
+    return KeptBatch(path, BatchPlan(**data), begun, asked)
 
 
-def find_batch(name: str) -> Batch:
+def find_batch(name: str) -> KeptBatch:
     """A batch by its name; InputError where there is none."""
     try:
         return read_batch(folder() / name)
@@ -174,9 +174,9 @@ def find_batch(name: str) -> Batch:
         raise InputError(f"There is no batch {name}, or it cannot be read.") from error
 
 
-def list_batches() -> list[Batch]:
+def list_batches() -> list[KeptBatch]:
     """Those that can be read, the newest first."""
-    base, found = folder(), list[Batch]()
+    base, found = folder(), list[KeptBatch]()
     for path in base.iterdir() if base.is_dir() else []:
         if not path.name.startswith("."):
             with contextlib.suppress(InputError):
