@@ -174,7 +174,9 @@ def test_hands_are_shown_and_a_wrong_one_is_refused(page):
     page.get_by_role("link", name="My hand", exact=True).click()
     page.get_by_role("link", name="All handwritings").click()
     for name in ("mine", "Everyday joined-up hand"):
-        page.locator("li.card", has_text=name).locator("img").first.wait_for()
+        card = page.locator("li.card", has_text=name).first
+        card.scroll_into_view_if_needed()
+        card.locator("img").wait_for()
     assert axe(page) == []
     page.get_by_role("link", name="Add my own").click()
     page.get_by_text("Photograph", exact=True).click()
