@@ -329,6 +329,11 @@ class ScannedHand:
         return len((self.author or self).glyphs)
 
     @cached_property
+    def added(self) -> ScannedHand:
+        """The letters that were added to it, alone."""
+        return replace(self.take_glyphs(range(self.own_count, len(self.glyphs))), author=None)
+
+    @cached_property
     def x_height(self) -> float:
         """Height of a small letter, mm: the middle of its pages'."""
         return float(np.median([page.x_height for page in self.pages]))
@@ -431,6 +436,8 @@ class ScannedHand:
 
         Source: seed 000, §6.3.
         """
+        if self.author is not None:
+            return np.concatenate([self.author.centres, self.added.centres])
         size = np.array([len(glyph.vertices) for glyph in self.glyphs], dtype=np.intp)
         of, first = np.repeat(np.arange(len(size)), size), np.cumsum(size) - size
         vertices = np.concatenate([np.zeros(0, dtype=np.intp), *(glyph.vertices for glyph in self.glyphs)])

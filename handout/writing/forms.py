@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import unicodedata
 from collections.abc import Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass
 from functools import cached_property, lru_cache, reduce
 from operator import itemgetter
@@ -57,6 +58,12 @@ class Lines:
         """(lines,): how many vertices each has."""
         return np.diff(self.first)
 
+    def extend(self, more: Lines) -> Lines:
+        """These and more of them."""
+        names = ("xy", "radius", "density", "uv")
+        parts = (np.concatenate([getattr(lines, name) for lines in (self, more)]) for name in names)
+        return Lines(np.append(self.first, self.first[-1] + more.first[1:]), *parts)
+
     def __getitem__(self, line: int) -> LineVertices:
         part = slice(self.first[line], self.first[line + 1])
         return LineVertices(self.xy[part], self.radius[part], self.density[part], self.uv[part])
@@ -78,6 +85,11 @@ class Connectors:
     away: Indices
     owned: Indices
     anchor: Indices
+
+    def extend(self, more: Connectors, glyphs: int) -> Connectors:
+        """These and those of glyphs that come after the `glyphs` whose these are."""
+        parts = (np.append(getattr(self, name), getattr(more, name)) for name in ("away", "owned", "anchor"))
+        return Connectors(self.lines.extend(more.lines), np.append(self.of, more.of + glyphs), *parts)
 
     def are_within(self, reach: Indices) -> NDArray[np.bool_]:
         """(vertices,): which are among the first so many (ways,) of their way, counted from the glyph's body."""
@@ -101,6 +113,7 @@ class ExtractedStrokes:
 
     def __init__(self, hand: ScannedHand, ways: Mapping[int, tuple[Indices, ...]], centre: Array) -> None:
         self._hand, self._centre, self._paths = hand, centre, ways
+        self._more: ExtractedStrokes  # where there are strokes of glyphs that come after these
         self._before = np.cumsum([0, *(len(page.graph) for page in hand.pages)])  # vertices of the pages before
         self._count = int(self._before[-1])
         self._owned = self._code_vertices(list(enumerate(_undotted(hand))))
@@ -116,13 +129,24 @@ class ExtractedStrokes:
         self.bodies = self._lines(self._codes, np.searchsorted(self._codes, np.arange(len(centre) + 1) * self._count))
         self.exits, self.entries = self._strokes(out, leaving=True), self._strokes(into, leaving=False)
 
+    def extend(self, more: ExtractedStrokes) -> ExtractedStrokes:
+        """These and those of glyphs that come after them."""
+        both, count = copy(self), len(self._centre)
+        both._more, both.bodies = more, self.bodies.extend(more.bodies)
+        both.exits, both.entries = self.exits.extend(more.exits, count), self.entries.extend(more.entries, count)
+        return both
+
     def vertices(self, number: int) -> Indices:
         """(n,) int, rising: of a glyph's body, by their numbers on its page."""
+        if number >= len(self._centre):
+            return self._more.vertices(number - len(self._centre))
         codes = self._codes[self.bodies.first[number] : self.bodies.first[number + 1]]
         return np.asarray(codes % self._count - self._before[self._hand.glyphs[number].page])
 
     def edges(self, number: int) -> Indices:
         """(m, 2) int: the edges between vertices of a glyph's body, by their place in it, without those of its ways."""
+        if number >= len(self._centre):
+            return self._more.edges(number - len(self._centre))
         glyph, vertices = self._hand.glyphs[number], self.vertices(number)
         pairs = self._hand.pages[glyph.page].graph.edges_between(vertices)
         paths = (*self._paths.get(number, ()), *self._paths.get(glyph.before, ()))
@@ -471,7 +495,11 @@ def _extract_connectors(
     Cached, since it takes a while and a hand's forms are needed when a text is set and again when it is traced.
     """
     paths = ways(hand)
-    strokes = ExtractedStrokes(hand, paths, hand.centres)
+    if hand.author is None:
+        strokes = ExtractedStrokes(hand, paths, hand.centres)
+    else:
+        added = ExtractedStrokes(hand.added, ways(hand.added), hand.added.centres)
+        strokes = _extract_connectors(hand.author)[1].extend(added)
     entry, leave = tails(hand, strokes)
     clear = _CLEAR / hand.pitch
     turn = _TURN * mean_x_height(hand)
