@@ -60,9 +60,8 @@ class Lines:
 
     def extend(self, more: Lines) -> Lines:
         """These and more of them."""
-        names = ("xy", "radius", "density", "uv")
-        parts = (np.concatenate([getattr(lines, name) for lines in (self, more)]) for name in names)
-        return Lines(np.append(self.first, self.first[-1] + more.first[1:]), *parts)
+        both = ((getattr(self, name), getattr(more, name)) for name in ("xy", "radius", "density", "uv"))
+        return Lines(np.append(self.first, self.first[-1] + more.first[1:]), *map(np.concatenate, both))
 
     def __getitem__(self, line: int) -> LineVertices:
         part = slice(self.first[line], self.first[line + 1])
@@ -341,7 +340,8 @@ class Connector:
     @cached_property
     def share_along(self) -> Array:
         """(n,) float: how far each vertex is along the way, 0 to 1."""
-        return _fractions(self.xy)
+        run = np.append(0.0, np.cumsum(np.maximum(np.hypot(*np.diff(self.xy, axis=0).T), 1e-12)))
+        return np.asarray(run / run[-1])
 
 
 @dataclass(frozen=True, eq=False)
@@ -463,13 +463,6 @@ def spread_evenly(lines: Sequence[Array], count: int) -> Array:
     high = np.minimum(low + 1, size[:, None] - 1)
     slope = (xy[line, high] - xy[line, low]) / np.where(high > low, far[line, high] - far[line, low], 1.0)[..., None]
     return np.asarray(slope * (wanted - far[line, low])[..., None] + xy[line, low])
-
-
-def _fractions(xy: Array) -> Array:
-    """(n,): how far each vertex of a line (n, 2) is along it, 0 to 1."""
-    steps = np.hypot(*np.diff(xy, axis=0).T)
-    run = np.concatenate([[0.0], np.cumsum(np.maximum(steps, 1e-12))])
-    return np.asarray(run / run[-1])
 
 
 def square_distances(first: Array, second: Array) -> Array:
