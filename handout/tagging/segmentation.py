@@ -48,7 +48,7 @@ class Adaptation:
     folds: int = 2  # with one, 93.5 and 93.0 % of two hard pages; with two, 98.4 and 95.6; a second round gains nothing
     copies: int = 4  # of each line of the page, differently distorted; five did no better
     rehearsed: int = 12  # synthetic lines; 24 and 45 did no better
-    # of the columns, since neighbours are nearly alike: all of them did no better (96.3 %, 96.7 with these; three seeds)
+    # of the columns, since neighbours are nearly alike: all did no better (96.3 %, 96.7 with these; three seeds)
     share: float = 0.33
     epochs: int = 1  # two where a person confirmed letters; else a second found no more on five real pages
     rate: float = 8e-4  # of learning
