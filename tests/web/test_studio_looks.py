@@ -150,7 +150,8 @@ def states(page, home):
 @pytest.mark.parametrize("size", SIZES)
 def test_axe_finds_nothing_in_any_state(studio, size):
     touch = size == "phone"
-    context = studio.browser.new_context(  # without motion, or buttons are for a while between the colours of two themes
+    # buttons that move would be for a while between the colours of two themes
+    context = studio.browser.new_context(
         viewport=SIZES[size], has_touch=touch, reduced_motion="reduce", storage_state=studio.known
     )
     page = context.new_page()
