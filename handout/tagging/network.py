@@ -149,11 +149,10 @@ def load(path: Path) -> RectifierNetwork:
     try:
         with np.load(path, allow_pickle=False) as file:
             letters = str(file["letters"])
-            whole = (join_bytes(file[f"weight{i}"]).astype(np.float32) for i in range(_LAYERS))
-            weights = tuple(map(np.multiply, whole, file["steps"]))
+            whole = (join_bytes(file[f"weight{i}"]) * file["steps"][i] for i in range(_LAYERS))
+            weights = tuple(layer.astype(np.float32) for layer in whole)
             biases = tuple(file[f"bias{i}"].astype(np.float32) for i in range(_LAYERS))
-            rest = [file[name].astype(np.float32) for name in ("log_prior", "widths")]
-            mean, spread = (file[name].astype(np.float32) for name in ("mean", "spread"))
+            mean, spread, *rest = (file[k].astype(np.float32) for k in ("mean", "spread", "log_prior", "widths"))
     except (OSError, EOFError, ValueError, KeyError, zipfile.BadZipFile) as error:
         raise InputError(f"{path} cannot be read as a network of the tagger: {error}.") from error
     if letters != LETTERS or weights[0].shape[0] != COUNT or weights[-1].shape[1] != len(LETTERS) * THIRDS:
