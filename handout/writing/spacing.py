@@ -26,9 +26,9 @@ Source: seed 000, §6.3.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache, partial
 from itertools import pairwise
 
 import numpy as np
@@ -157,6 +157,7 @@ def apart(first: LineVertices | GlyphLine, second: LineVertices | GlyphLine, shi
 _MARGIN = 0.15  # by which the range of two estimates is widened: share of their difference, and of the deviation
 _EVEN = 0.02  # line space: least deviation that the distance at which ligatures meet is taken to have
 _MOST_PUSHES = 2
+_KEPT = 4096  # letters, or pairs of them, whose places are kept: 900 words, as `word_layout` keeps their bends
 _ENOUGH = 8  # pairs of a kind, or letters, from which on something is learnt of them
 # mean, deviation, least and most of hands that show too few
 _USUAL = [[0.05, 0.3, 0.03], [0.05, 0.08, 0.05], [0.0, 0.15, -0.05], [0.2, 0.6, 0.2]]
@@ -232,9 +233,8 @@ class SpacingModel:
         away = held - self.sides.clearance(first, second, kind) + self.lean[second] - self.lean[first]
         for k in np.flatnonzero(~sourced & (kind != WORDS)):
             i, j = int(first[k]), int(second[k])
-            reach = away[k] + np.array([low[k] - held[k], high[k] - held[k]])
-            away[k] = np.clip(self._with_ligatures(i, j, float(away[k])), *reach)
-            away[k] += self._extra_room(i, j, float(away[k]), float(self.least[int(lifted[k])]))
+            reach = float(low[k] - held[k]), float(high[k] - held[k])
+            away[k] = self.settle(i, j, float(away[k]), reach, float(self.least[int(lifted[k])]))
         for k in np.flatnonzero(parted):
             away[k] = self._word_distance(numbers, new_word, away, int(k))
         return np.asarray(away)
@@ -280,6 +280,16 @@ class SpacingModel:
         left, right, kind = np.array([first]), np.array([second]), np.array([WORDS])
         return float(upright + self.sides.clearance(left, right, kind)[0] - self.gaps.low[WORDS])
 
+    @cached_property
+    def settle(self) -> Callable[[int, int, float, tuple[float, float], float], float]:
+        """The distance of two letters of a word, `_settle`, as it was where it was asked for before."""
+        return lru_cache(_KEPT)(self._settle)
+
+    @cached_property
+    def bent(self) -> Callable[[int, Bend, float], _BentGlyph]:
+        """A glyph that is bent so, at its height on the line, as it was where it was asked for before."""
+        return lru_cache(_KEPT)(partial(_BentGlyph, self))
+
     def _with_ligatures(self, first: int, second: int, away: float) -> float:
         """The mean of a distance and of those at which the ligatures meet, weighted by their precisions."""
         meetings = [meets(out, into) for out, into in self.joints.joints_between(first, second)]
@@ -292,14 +302,16 @@ class SpacingModel:
         met = float(np.dot(ours, [distance for distance, _ in meetings]))
         return float((met + theirs * away) / (sum(ours) + theirs))
 
-    def _extra_room(self, first: int, second: int, away: float, least: float) -> float:
-        """How much further two letters must be moved apart, since ink may also meet at an angle."""
+    def _settle(self, first: int, second: int, away: float, reach: tuple[float, float], least: float) -> float:
+        """The distance of two letters, moved within `reach` to where their ligatures meet; further apart where their
+        ink meets at an angle."""
+        away = float(np.clip(self._with_ligatures(first, second, away), away + reach[0], away + reach[1]))
         rise = self.forms.centre[second, 1] - self.forms.centre[first, 1]
         more = 0.0
         for _ in range(_MOST_PUSHES):
             shift = np.array([away + more, rise])
             more += max(least - apart(self.forms.bodies[first], self.forms.bodies[second], shift), 0.0)
-        return more
+        return away + more
 
 
 def _sampled_gaps(estimates: Array, mean: Array, deviation: Array, chance: Array, variation: float) -> Array:
@@ -603,18 +615,13 @@ def resolve_collisions(
     sourced = spacing.sourced(first, second, kind)
     least = spacing.least[spacing.lifted(first, second, kind).astype(np.intp)]
     glyphs = [
-        _BentGlyph(spacing, int(number), bend, float(height))
-        for number, bend, height in zip(numbers, bends, y, strict=True)
+        spacing.bent(number, bend, height)
+        for number, bend, height in zip(numbers.tolist(), bends, y.tolist(), strict=True)
     ]
     away = apart + spacing.sides.clearance(first, second, kind) + np.diff([glyph.shifted for glyph in glyphs])
     for k, of in enumerate(kind.tolist()):
-        away[k] -= nearness(glyphs[k].side(of), glyphs[k + 1].side(of))
-        for _ in range(_COLLISION_PUSHES if of != WORDS and not sourced[k] else 0):
-            shift = np.array([away[k], y[k + 1] - y[k]])
-            short = least[k] - glyphs[k].apart(glyphs[k + 1], shift)
-            if short <= 0:
-                break
-            away[k] += short
+        free = float(least[k]) if of != WORDS and not sourced[k] else -np.inf
+        away[k] = _push_apart(glyphs[k], glyphs[k + 1], float(away[k]), of, free)
     for k in np.flatnonzero(~sourced & (kind == WORDS)).tolist():
         before, after = letters_at_gap(new_word, k)
         begin, end = int(before[-1]), int(after[-1]) + 1
@@ -625,6 +632,18 @@ def resolve_collisions(
     return np.asarray(away)
 
 
+@lru_cache(_KEPT)
+def _push_apart(first: _BentGlyph, second: _BentGlyph, away: float, kind: int, least: float) -> float:
+    """How far right of a glyph's centre the next one stands, whose sides are `away`; no nearer than `least` or −inf."""
+    away -= nearness(first.side(kind), second.side(kind))
+    for _ in range(_COLLISION_PUSHES if least > -np.inf else 0):
+        short = least - first.apart(second, np.array([away, second.y - first.y]))
+        if short <= 0:
+            break
+        away += short
+    return away
+
+
 class _BentGlyph:
     """A glyph bent, at its height on the line.
 
@@ -632,7 +651,7 @@ class _BentGlyph:
     """
 
     def __init__(self, spacing: SpacingModel, number: int, bend: Bend, y: float) -> None:
-        self._form, self._bend, self._y, self._slant = spacing.forms[number], bend, y, spacing.slant
+        self._form, self._bend, self.y, self._slant = spacing.forms[number], bend, y, spacing.slant
         self._sides: dict[int, Side] = {}
         self.shifted = spacing.slant * (y - float(spacing.forms.centre[number, 1]))
 
@@ -641,7 +660,7 @@ class _BentGlyph:
         if kind not in self._sides:
             xy, radius = (self._body.xy, self._body.radius) if kind == LETTERS else self._whole
             upright = xy[:, 0] - self._slant * xy[:, 1]
-            self._sides[kind] = side((upright - radius, upright + radius, xy[:, 1] + self._y), kind)
+            self._sides[kind] = side((upright - radius, upright + radius, xy[:, 1] + self.y), kind)
         return self._sides[kind]
 
     @property
