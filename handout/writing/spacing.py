@@ -44,7 +44,7 @@ from handout.writing.bending import Bend
 from handout.writing.forms import Forms, GlyphLine, LineVertices, square_distances
 from handout.writing.joining import matches, meets, partners, rises
 from handout.writing.joints import Joints
-from handout.writing.neighbours import Neighbours
+from handout.writing.neighbours import Neighbours, neighbours
 from handout.writing.variation import Chances
 
 _HEIGHTS = np.arange(-0.48, 1.13, 0.04)  # over the baseline, line space
@@ -333,21 +333,21 @@ def letters_at_gap(new_word: NDArray[np.bool_], k: int) -> tuple[Indices, Indice
     return np.array(before), np.array(after)
 
 
-def spacing_model(forms: Forms, neighbours: Neighbours) -> SpacingModel:
+def spacing_model(forms: Forms, near: Neighbours) -> SpacingModel:
     """How a hand spaces its letters, from its pages."""
     slant = measures.mean_slant(forms.hand)
     beyond = sides(forms, slant)
     lean = slant * forms.centre[:, 1]
-    least = learnt(forms.hand, "least distances", VERSION, 2, lambda: _least(forms, neighbours))
+    least = learnt(forms.hand.author or forms.hand, "least distances", VERSION, 2, lambda: _least(forms.of_author))
     joints = Joints(forms)
     return SpacingModel(
-        forms, joints, beyond, slant, lean, _gaps(forms, beyond, neighbours, forms.centre[:, 0] - lean), least
+        forms, joints, beyond, slant, lean, _gaps(forms, beyond, near, forms.centre[:, 0] - lean), least
     )
 
 
-def _least(forms: Forms, neighbours: Neighbours) -> Array:
+def _least(forms: Forms) -> Array:
     """(2,): the least distances of two bodies in a word, of all and of letters that are not joined."""
-    pairs = neighbours.pairs(parted=False)
+    pairs = neighbours(forms.hand, forms.centre[:, 0]).pairs(parted=False)
     distances = np.array(
         [apart(forms.bodies[i], forms.bodies[j], forms.centre[j] - forms.centre[i]) for i, j in pairs.tolist()]
     )
@@ -363,13 +363,13 @@ def kinds(forms: Forms, first: Indices, second: Indices, parted: NDArray[np.bool
     return np.where(parted, WORDS, np.where(forms.marks[first] | forms.marks[second], MARKS, LETTERS))
 
 
-def _gaps(forms: Forms, beyond: Sides, neighbours: Neighbours, x: Array) -> Gaps:
+def _gaps(forms: Forms, beyond: Sides, near: Neighbours, x: Array) -> Gaps:
     """The clearances of the source; where a hand shows none, a usual one."""
     to_right, to_left = np.full((2, 3, len(x)), np.nan)
     mean, deviation, low, high = np.array(_USUAL)
     word, zone, words = float(low[WORDS]), np.inf, np.zeros(0)
-    first, second = np.concatenate([neighbours.pairs(parted=False), neighbours.pairs(parted=True)]).T
-    kind = kinds(forms, first, second, neighbours.parted[second])
+    first, second = np.concatenate([near.pairs(parted=False), near.pairs(parted=True)]).T
+    kind = kinds(forms, first, second, near.parted[second])
     clearances = x[second] - x[first] + beyond.clearance(first, second, kind)
     to_right[kind, first], to_left[kind, second] = clearances, clearances
     for pair_kind in (LETTERS, WORDS, MARKS):
@@ -379,7 +379,7 @@ def _gaps(forms: Forms, beyond: Sides, neighbours: Neighbours, x: Array) -> Gaps
             usual = np.clip(of_kind, low[pair_kind], high[pair_kind])
             mean[pair_kind], deviation[pair_kind] = usual.mean(), usual.std()
             if pair_kind == WORDS:
-                words = of_kind[~neighbours.closes(second[kind == pair_kind])]
+                words = of_kind[~near.closes(second[kind == pair_kind])]
                 words = np.sort(words if len(words) >= _ENOUGH else of_kind)
                 level = (x[second] - x[first] + beyond.between(first, second))[kind == pair_kind]
                 word = float(np.percentile(level, _NARROW, method="inverted_cdf"))
@@ -520,16 +520,16 @@ def smoothed(height: Array, rise: Array, deviation: Array, hold: float = 1.0) ->
     return np.asarray(height + solveh_banded(band, force))
 
 
-def height_model(forms: Forms, neighbours: Neighbours) -> HeightModel:
+def height_model(forms: Forms, near: Neighbours) -> HeightModel:
     """How high a hand's glyphs stand, learnt from its pages."""
     height = forms.centre[:, 1]
     marks = forms.marks
-    predicted = learnt(forms.hand, "heights", VERSION, len(height), lambda: _predicted_heights(forms, height, ~marks))
-    deviation = np.array(
-        [_rise_deviation(neighbours.pairs(parted), height - predicted, marks) for parted in (False, True)]
-    )
+    author, own = forms.hand.author or forms.hand, forms.hand.own_count
+    known = learnt(author, "heights", VERSION, own, lambda: _predicted_heights(forms.of_author))
+    predicted = np.concatenate([known, height[own:]])  # letters that were added stand as they were made to
+    deviation = np.array([_rise_deviation(near.pairs(parted), height - predicted, marks) for parted in (False, True)])
     ligature_deviation = _ligature_deviation(forms, predicted, float(deviation[0]))
-    return HeightModel(forms, height, predicted, deviation, ligature_deviation, HOLD, marks, neighbours)
+    return HeightModel(forms, height, predicted, deviation, ligature_deviation, HOLD, marks, near)
 
 
 def _ligature_deviation(forms: Forms, predicted: Array, deviation: float) -> float:
@@ -557,9 +557,9 @@ def _rise_deviation(pairs: Indices, rest: Array, marks: NDArray[np.bool_]) -> fl
     return max(float(1.4826 * np.median(away)), LEAST) if len(away) > 1 else 3 * LEAST
 
 
-def _predicted_heights(forms: Forms, height: Array, letters: NDArray[np.bool_]) -> Array:
+def _predicted_heights(forms: Forms) -> Array:
     """(n,) the height that a glyph's shape tells by what the other glyphs have."""
-    sample = np.flatnonzero(letters)
+    height, sample = forms.centre[:, 1], np.flatnonzero(~forms.marks)
     if len(sample) < _ENOUGH:
         return height.copy()
     sample = sample[:: -(-len(sample) // _MOST_LEARNT)]
