@@ -13,6 +13,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from handout.branching import number_pieces
 from handout.hand import measures
 from handout.hand.learnt import learnt, recall
 from handout.hand.scanned import NOBODY, ScannedGlyph, ScannedHand
@@ -22,6 +23,7 @@ from handout.motion.recovery.ink_gaps import Endpoint, endpoints, log_odds, prio
 from handout.motion.recovery.kept_strokes import part_by_glyph, strokes_as_numbers, strokes_of_numbers
 from handout.motion.recovery.letter_line import Candidate, LetterLine, LetterStrokes, trace_as_told
 from handout.motion.recovery.letter_tracing import candidates
+from handout.motion.recovery.network import SHORT
 from handout.motion.recovery.writer_habits import (
     CANDIDATES,
     DOUBT,
@@ -241,8 +243,11 @@ class StrokeOrderModel:
         exits = list(line.exits)
         if glyph.after != NOBODY and not exits:
             exits += self._facing(glyph.after, number, entering=False)
+        place, over = self._places_on_page(number, sections), severed(self._hand.pages[glyph.page].graph, glyph.vertices)
+        edges = [[place[v] for v in edge] for edge in over if all(v in place for v in edge)]
         return replace(
             line,
+            edges=np.concatenate([line.edges, np.array(edges, dtype=np.intp).reshape(-1, 2)]),
             entries=tuple(entries),
             exits=tuple(exits),
             joined_hand=self._joined_hand,
@@ -332,6 +337,26 @@ def learn_strokes(hand: ScannedHand, hands: tuple[str, ...]) -> Array:
 
 def _name(hands: tuple[str, ...]) -> str:
     return f"strokes by {', '.join(hands)}"
+
+
+def severed(graph: LineGraph, own: Indices) -> list[tuple[int, int]]:
+    """Pairs of a letter's vertices between which its line runs on over a neighbour's, where the two cross or touch."""
+    piece = number_pieces(graph.edges_between(own), len(own))
+    if not piece.any():
+        return []
+    sides = np.isin(graph.edges, own)
+    met = graph.edges[sides[:, 0] != sides[:, 1]]
+    inside = np.unique(met[np.isin(met, own)])
+    at = piece[np.searchsorted(own, inside)]
+    far = np.hypot(*(graph.xy[inside, None] - graph.xy[inside]).transpose(2, 0, 1)) / float(np.median(graph.radius))
+    far[at[:, None] == at] = np.inf
+    pairs, joined = list[tuple[int, int]](), {k: {k} for k in at.tolist()}
+    for i, j in np.argwhere(far <= SHORT)[np.argsort(far[far <= SHORT], kind="stable")].tolist():
+        if at[j] not in joined[at[i]]:
+            pairs.append((int(inside[i]), int(inside[j])))
+            both = joined[at[i]] | joined[at[j]]
+            joined |= dict.fromkeys(both, both)
+    return pairs
 
 
 def _inked_alike(a: ScannedGlyph, b: ScannedGlyph) -> bool:
