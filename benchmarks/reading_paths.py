@@ -11,11 +11,10 @@ the same words are read three times; columns are character errors:
   on the strokes drawn with a pen of one width.  What the second has more is ink that no stroke has, or strokes that no
   ink has; order and direction they do not see.  Goal: .20, or no more than .08 over the ink.
 
-Drawn hands show what readers cannot do: their order is known.  With HANDOUT_DATA, recorded pens (`recorded`), joined
-ones every writer by himself, are inked, read as pages, and written again where they stand.  With HANDOUT_HANDS, a folder
-of .hand files, these write as well.  With HANDOUT_SHEETS, a folder, 40 words of every scanned hand are shown there stroke
-by stroke for a person to judge whether a writer would go that way: frames from left to right, what is new in red with
-arrows, and a number where it begins.
+Drawn hands show what readers cannot do: their order is known.  With HANDOUT_DATA, recorded pens (`recorded`) are inked,
+read as pages, and written again where they stand.  With HANDOUT_HANDS, a folder of .hand files, these write as well.
+With HANDOUT_SHEETS, a folder, 40 words of every scanned hand are shown there stroke by stroke, for a person to judge
+whether a writer would go that way: frames from left to right, what is new in red with arrows, numbered where it begins.
 """
 
 from __future__ import annotations
@@ -25,12 +24,12 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import groupby
 from pathlib import Path
+from typing import TypeAlias
 
 import numpy as np
 
 from benchmarks import order_recovery, recorded
 from handout.alphabet import fold
-from handout.errors import InputError
 from handout.hand import file, library
 from handout.hand.drawn import Hand
 from handout.hand.measures import mean_slant
@@ -39,8 +38,6 @@ from handout.motion.recovery.pen_paths import pen_paths
 from handout.motion.trace import trace
 from handout.reading import pictures, second_reader
 from handout.reading.word_space import X_HEIGHT, drawn
-from handout.scanning.written_page import read_page
-from handout.tagging.page_tagging import hand_of_pages, tag_page
 from handout.values import Array, Indices, Page, Placed
 from handout.writing.compose import compose
 from handout.writing.layout import Layout
@@ -50,6 +47,7 @@ TEXT = (Path(__file__).parent / "three-hundred-words.txt").read_text(encoding="u
 WORDS = 120  # of the text, which is enough for a standard error of .02
 SECOND = Path(__file__).parent / "second_path_reader.npz"
 SHOWN = 40  # words on a sheet
+_PictureReader: TypeAlias = "pictures.Reader | second_reader.SecondReader"
 _FRAMES, _MM = 5, 16  # of a word on it; pixels a mm
 
 
@@ -98,26 +96,22 @@ def _ink(units: Sequence[Placed]) -> tuple[Array, Array, Indices]:
     return np.concatenate([g.xy for g in graphs]), np.concatenate([g.radius for g in graphs]), np.concatenate(edges)
 
 
-def recorded_words(rows: Sequence[recorded.Recording]) -> Iterator[WrittenWord]:
-    """The words of one recorded writer, inked, read as a page and recovered where they stand."""
-    true, of = recorded.sheet(rows)
-    read = read_page(recorded.inked(true))
-    hand = hand_of_pages("recorded", [tag_page(read, "\n".join(r.text for r in rows), rng=np.random.default_rng(1))])
-    words = [100 * k + w for k, r in enumerate(rows) for w in r.words or order_recovery.split(true, of, k, r.text)]
-    own = {word: tuple(xy for xy, name in zip(true, words, strict=True) if name == word) for word in set(words)}
-    bounds = {word: (np.concatenate(xy).min(axis=0) - 0.3, np.concatenate(xy).max(axis=0) + 0.3) for word, xy in own.items()}
-    page, sheet = hand.pages[0], order_recovery.as_written(hand)
-    for line in sheet.lines:
-        paths = {word: [path.xy for path in some] for word, some in groupby(pen_paths(line.placed, hand), key=lambda p: p.word)}
-        for word, placed in groupby(line.placed, key=lambda unit: unit.word):
-            units = list(placed)
-            ink, number = _ink(units), units[0].ink.number if units[0].ink else 0
-            inside = {name: ((ink[0] > low) & (ink[0] < high)).all(axis=1).mean() for name, (low, high) in bounds.items()}
-            name = max(inside, key=inside.__getitem__)
-            text = rows[name // 100].text.split()[name % 100]
-            base = float(page.base(hand.glyphs[number].line, ink[0][:, 0].mean() / page.pixel)) * page.pixel
-            if text == "".join(unit.glyph.letter for unit in units):
-                yield WrittenWord(text, paths.get(word, []), base, page.x_height, page.slant, ink, own[name])
+def recorded_words(pages: Sequence[Sequence[recorded.Recording]]) -> Iterator[WrittenWord]:
+    """The words of recorded writers, inked, read as a page and recovered where they stand."""
+    for hand, true, words, texts in order_recovery.read_pages(pages):
+        page, lines = hand.pages[0], order_recovery.as_written(hand).lines
+        placed = [unit for line in lines for unit in line.placed if unit.ink is not None]
+        paths = [path for line in lines for path in pen_paths(line.placed, hand)]
+        for word, some in groupby(placed, key=lambda unit: unit.word):
+            units = list(some)
+            ink = _ink(units)
+            name = order_recovery.most_within(ink[0], true, words)
+            row, middle = hand.glyphs[units[0].ink.number].line if units[0].ink else 0, ink[0][:, 0].mean() / page.pixel
+            if texts[name] == "".join(unit.glyph.letter for unit in units):
+                strokes = [path.xy for path in paths if path.word == word]
+                own = tuple(xy for xy, of in zip(true, words, strict=True) if of == name)
+                base = float(page.base(row, middle)) * page.pixel
+                yield WrittenWord(texts[name], strokes, base, page.x_height, page.slant, ink, own)
 
 
 def picture_of(word: WrittenWord, *, of_ink: bool) -> Array:
@@ -152,7 +146,7 @@ def row(name: str, words: Sequence[WrittenWord]) -> str:
     for reader in (pictures.load(), second_reader.load()):
         for of_ink in (True, False):
 
-            def of_picture(word: WrittenWord, of_ink: bool = of_ink, reader: pictures.Reader | None = reader) -> str:
+            def of_picture(word: WrittenWord, of_ink: bool = of_ink, reader: _PictureReader | None = reader) -> str:
                 return "".join(map(fold, reader.read_all([picture_of(word, of_ink=of_ink)])[0].text)) if reader else ""
 
             known = reader is not None and all(word.ink is not None for word in words)
@@ -208,12 +202,7 @@ def main() -> None:
             show(words, Path(sheets) / f"{name}.png")
     if data and (pens := Path(data) / "pen" / "unipen").is_dir():
         for name, pages in (("English", recorded.english(pens)), ("German", recorded.writers(recorded.words(pens)))):
-            found = list[WrittenWord]()
-            for rows in pages:
-                try:
-                    found += recorded_words(rows)
-                except InputError as refused:
-                    print(f"  writer {rows[0].source[:5]} was not read: {refused}")
+            found = list(recorded_words(pages))
             print(row(f"recorded {name}", found), flush=True)
 
 

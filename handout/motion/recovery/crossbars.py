@@ -205,8 +205,8 @@ class WordCrossbars:
         local = page.graph.edges_between(every)
         xy = page.to_line(self._hand.glyphs[word[0]].line, page.graph.uv[every])
         radius, owner = page.graph.radius[every] / page.pitch, np.full(len(every), NOBODY)
-        for at, glyph in enumerate(self._hand.glyphs[n] for n in word):
-            owner[np.searchsorted(every, glyph.vertices)] = NOBODY if has_dots(glyph.letter) else at
+        for at, letter in enumerate(self._hand.glyphs[n] for n in word):
+            owner[np.searchsorted(every, letter.vertices)] = NOBODY if has_dots(letter.letter) else at
         local = np.concatenate([local, gap_bridges(xy, radius, local, float(np.median(radius)), owner)])
         net = build_network(xy, radius, page.graph.density[every], local)
         chains = list(_level_chains(net, page.x_height / page.pitch))

@@ -13,17 +13,15 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from handout.branching import number_pieces
 from handout.hand import measures
 from handout.hand.learnt import learnt, recall
 from handout.hand.scanned import NOBODY, ScannedGlyph, ScannedHand
 from handout.motion.recovery.carried_strokes import carried_cost, carry_strokes
 from handout.motion.recovery.crossbars import WordCrossbars
-from handout.motion.recovery.ink_gaps import Endpoint, endpoints, log_odds, prior_log_odds
+from handout.motion.recovery.ink_gaps import Endpoint, endpoints, log_odds, prior_log_odds, severed_pairs
 from handout.motion.recovery.kept_strokes import part_by_glyph, strokes_as_numbers, strokes_of_numbers
 from handout.motion.recovery.letter_line import Candidate, LetterLine, LetterStrokes, trace_as_told
 from handout.motion.recovery.letter_tracing import candidates
-from handout.motion.recovery.network import SHORT
 from handout.motion.recovery.writer_habits import (
     CANDIDATES,
     DOUBT,
@@ -42,7 +40,7 @@ from handout.writing.forms import Connector, Forms, GlyphLine
 
 _ALONG = 0.6  # of a ligature that lies in a crossbar
 _TOUCHED = 8  # vertices of a body that a crossbar may share where it only ends there
-VERSION = 9  # of what is kept of a hand; tests/hand/test_house_scanned.py says when to raise it
+VERSION = 10  # of what is kept of a hand; tests/hand/test_house_scanned.py says when to raise it
 _JOINING = 0.2  # share of a hand's letters joined to the one before, from which crossbars wait for the end of the word
 
 
@@ -243,17 +241,23 @@ class StrokeOrderModel:
         exits = list(line.exits)
         if glyph.after != NOBODY and not exits:
             exits += self._facing(glyph.after, number, entering=False)
-        place, over = self._places_on_page(number, sections), severed(self._hand.pages[glyph.page].graph, glyph.vertices)
-        edges = [[place[v] for v in edge] for edge in over if all(v in place for v in edge)]
         return replace(
             line,
-            edges=np.concatenate([line.edges, np.array(edges, dtype=np.intp).reshape(-1, 2)]),
+            edges=np.concatenate([line.edges, *self._edges_over_neighbours(number, sections)]),
             entries=tuple(entries),
             exits=tuple(exits),
             joined_hand=self._joined_hand,
             usual=self._usual[glyph.page],
             baseline=-float(self.forms.centre[number, 1]),
         )
+
+    def _edges_over_neighbours(self, number: int, sections: tuple[Indices, ...]) -> Iterator[Indices]:
+        """(1, 2) each: edges by which a glyph's line goes on where a neighbour's cuts it in two."""
+        glyph = self._hand.glyphs[number]
+        page = self._hand.pages[glyph.page]
+        pairs = severed_pairs(page.graph, glyph.vertices) if page.moments is None else []
+        place = self._places_on_page(number, sections) if pairs else {}
+        yield from (np.array([[place[v], place[w]]]) for v, w in pairs if v in place and w in place)
 
     def _with_crossbars(self, number: int, line: LetterLine, sections: tuple[Indices, ...]) -> LetterLine:
         """A line with the crossbars that its word has there."""
@@ -337,26 +341,6 @@ def learn_strokes(hand: ScannedHand, hands: tuple[str, ...]) -> Array:
 
 def _name(hands: tuple[str, ...]) -> str:
     return f"strokes by {', '.join(hands)}"
-
-
-def severed(graph: LineGraph, own: Indices) -> list[tuple[int, int]]:
-    """Pairs of a letter's vertices between which its line runs on over a neighbour's, where the two cross or touch."""
-    piece = number_pieces(graph.edges_between(own), len(own))
-    if not piece.any():
-        return []
-    sides = np.isin(graph.edges, own)
-    met = graph.edges[sides[:, 0] != sides[:, 1]]
-    inside = np.unique(met[np.isin(met, own)])
-    at = piece[np.searchsorted(own, inside)]
-    far = np.hypot(*(graph.xy[inside, None] - graph.xy[inside]).transpose(2, 0, 1)) / float(np.median(graph.radius))
-    far[at[:, None] == at] = np.inf
-    pairs, joined = list[tuple[int, int]](), {k: {k} for k in at.tolist()}
-    for i, j in np.argwhere(far <= SHORT)[np.argsort(far[far <= SHORT], kind="stable")].tolist():
-        if at[j] not in joined[at[i]]:
-            pairs.append((int(inside[i]), int(inside[j])))
-            both = joined[at[i]] | joined[at[j]]
-            joined |= dict.fromkeys(both, both)
-    return pairs
 
 
 def _inked_alike(a: ScannedGlyph, b: ScannedGlyph) -> bool:
