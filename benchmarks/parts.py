@@ -85,8 +85,9 @@ def manuscripts(
         parts.append((GlyphChooser, "_cheapest", any_glyphs))
     blind = [name for name, seen in (("fit", fit), ("unlike", likeness)) if not seen]
     # an index keeps the costs that it has worked out: this one is asked only here, and nothing was set before
-    index, model, _ = scanned_words._learnt(hand)
-    parts.append((scanned_words, "_learnt", lambda hand: (replace(index), model, scanned_words.Before())))
+    index = scanned_words._learnt(hand)[0]
+    anew = scanned_words._learnt.__wrapped__(hand)[1:]
+    parts.append((scanned_words, "_learnt", lambda hand: (replace(index), *anew)))
     if blind:
         parts.append((glyph_index, "WEIGHTS", replace(WEIGHTS, **dict.fromkeys(blind, 0.0))))
     if spacing == "constant":

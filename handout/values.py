@@ -495,15 +495,15 @@ class LineGraph:
         """The part of the graph on the vertices `keep` ((n,) bool or indices): edges and tags within it."""
         where = np.zeros(len(self), dtype=bool)
         where[np.asarray(keep)] = True
-        number = np.cumsum(where) - 1
-        inside = where[self.edges].all(axis=1)
+        kept = np.flatnonzero(where)
+        number = {-1: -1, **{vertex: at for at, vertex in enumerate(kept.tolist())}} if self.tags else {}
         tags = tuple(
-            Tag(tag.kind, int(number[tag.at]), tag.text, int(number[tag.to]) if tag.to >= 0 else -1)
+            Tag(tag.kind, number[tag.at], tag.text, number[max(tag.to, -1)])
             for tag in self.tags
-            if where[tag.at] and (tag.to < 0 or where[tag.to])
+            if tag.at in number and max(tag.to, -1) in number
         )
-        edges = number[self.edges[inside]]
-        return LineGraph(self.xy[where], self.radius[where], self.density[where], self.uv[where], edges, tags)
+        edges = self.edges_between(kept)
+        return LineGraph(self.xy[kept], self.radius[kept], self.density[kept], self.uv[kept], edges, tags)
 
 
 @dataclass(frozen=True, eq=False)

@@ -57,10 +57,10 @@ _REQUESTS = {
         "off colour management, enhancements and 'fit to page'."
     ),
     Step.SCAN: (
-        "Let the ink dry for a quarter of an hour. Write some words in the frame under the patches with the pen of the "
-        "handwriting, as you write: only so can be seen what the scanner makes of its ink. Lay the chart on the glass, "
-        "printed side down, and scan it in colour at 300 dpi with the settings of the handwriting's scan: no automatic "
-        "exposure, colour or gamma. Save TIFF or PNG."
+        "Let the ink dry for a quarter of an hour. Write a few words in the frame under the coloured fields, with the "
+        "pen of the handwriting: they show how the scanner sees its ink. Lay the chart face down on the glass, and "
+        "scan it in colour at 300 dpi, set as when the handwriting was scanned, with all automatic corrections "
+        "switched off. Save it as TIFF or PNG."
     ),
     Step.BUILD: "The scans are good; the table is built of them.",
     Step.STRIP: "The verification strip is printed through the new table: load the same paper.",

@@ -385,7 +385,7 @@ class Links:
             return None
         # those that are most like all others of them come first
         lines = [self._ways.lines[self._kept[k]].xy[:: 1 if self._leaving else -1] for k in some.tolist()]
-        each = np.array([spread_evenly(line - line[0], _COMPARED) for line in lines])
+        each = spread_evenly([line - line[0] for line in lines], _COMPARED)
         between = np.hypot(*np.moveaxis(each[:, None] - each, -1, 0)).mean(axis=2)
         usual = some[np.median(between, axis=1).argsort(kind="stable")][:_SOME]
         which = int(usual[int(rng.integers(len(usual)))])

@@ -319,8 +319,9 @@ class ScannedHand:
     __repr__, _repr_png_ = one_line, as_png
 
     def __post_init__(self) -> None:
-        for number, glyph in enumerate(self.glyphs):
-            _check(number, glyph, self.pages, self.glyphs)
+        known = self.author.glyphs if self.author else ()  # which were looked at there
+        for number in range(len(known) if self.glyphs[: len(known)] == known else 0, len(self.glyphs)):
+            _check(number, self.glyphs[number], self.pages, self.glyphs)
 
     @property
     def own_count(self) -> int:
@@ -434,9 +435,8 @@ class ScannedHand:
         of, first = np.repeat(np.arange(len(size)), size), np.cumsum(size) - size
         vertices = np.concatenate([np.zeros(0, dtype=np.intp), *(glyph.vertices for glyph in self.glyphs)])
         place = self.place_vertices(of, vertices)
-        ink = [(self.pages[glyph.page].graph, glyph.vertices) for glyph in self.glyphs]
-        weights = (graph.density[own] * graph.radius[own] ** 2 + 1e-12 for graph, own in ink)
-        weight = np.concatenate([np.zeros(0), *weights])
+        weights = [page.graph.density * page.graph.radius**2 + 1e-12 for page in self.pages]
+        weight = np.concatenate([np.zeros(0), *(weights[glyph.page][glyph.vertices] for glyph in self.glyphs)])
         beside = np.array([(glyph.before, glyph.after) for glyph in self.glyphs], dtype=np.intp).reshape(-1, 2)
         low = np.append(np.minimum.reduceat(place[:, 0], first), -np.inf)[beside[:, 0]]
         high = np.append(np.maximum.reduceat(place[:, 0], first), np.inf)[beside[:, 1]]

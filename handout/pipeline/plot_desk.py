@@ -135,7 +135,7 @@ class AtPage(Attendant):
             raise ButtonPressed
         if (now := time.monotonic()) - self._told >= _OFTEN or share >= 1.0:
             self._told = now
-            self._wire.progress(share, f"plotting, {left / 60:.0f} min left" if left > 90 else "plotting")
+            self._wire.progress(share, f"drawing, {left / 60:.0f} min left" if left > 90 else "drawing")
 
     def tell_place(self, job: PlotJob) -> Callable[[int, DrawnPlace], None]:
         """Tells the page where the pen is."""
@@ -241,7 +241,7 @@ def show_plot(name: str) -> Facts:
     over = standing.finished or standing.part >= len(job.parts)
     facts: Facts = {
         **state_of(job),
-        "outlook": "" if standing.finished else outlook(job),
+        "outlook": "" if standing.finished else outlook(job, "It"),
         "bed": [float(profile.bed.width), float(profile.bed.height)],
         "pages": job.pages,
         "copies": job.options.copies,

@@ -62,18 +62,18 @@ def forget_job(name: str) -> str:
     return name_job(job)
 
 
-def outlook(job: PlotJob) -> str:
-    """What will happen when a job is gone on with."""
-    return f"{_outlook(job)} {doubt(job)}".rstrip()
+def outlook(job: PlotJob, called: str = "") -> str:
+    """What will happen when a job is gone on with; it is called so, or by its name and title."""
+    return f"{called or f'{name_job(job)}:'} {_outlook(job)} {doubt(job)}".rstrip()
 
 
 def _outlook(job: PlotJob) -> str:
     standing = job.standing()
-    name, drawn_m = name_job(job), _measure_drawn(job, standing) / 1000
+    drawn_m = _measure_drawn(job, standing) / 1000
     if standing.part >= len(job.parts):
-        return f"{name}: goes on with what is written next; {drawn_m:.2f} m are drawn."
+        return f"goes on with what is written next; {drawn_m:.2f} m are drawn."
     if not standing.begun:
-        return f"{name}: goes on with {_part(job, standing)}."
+        return f"goes on with {_part(job, standing)}."
     strokes = job.drawing(standing.part).strokes
     words = job.drawing(standing.part).about.get("words") or []
     at = min(standing.place.stroke, len(strokes) - 1)
@@ -82,7 +82,7 @@ def _outlook(job: PlotJob) -> str:
     held = dialect(job.profile.dialect).in_hand
     more = f", or what the plotter draws in {held:g} s," if held else ""
     return (
-        f"{name}: goes on with {_part(job, standing)}, at stroke {at + 1} of {len(strokes)}{word}; "
+        f"goes on with {_part(job, standing)}, at stroke {at + 1} of {len(strokes)}{word}; "
         f"{drawn_m:.2f} of {'' if job.whole else 'about '}{job.ink / 1000:.2f} m are drawn, of "
         f"which at most {job.options.overlap:g} mm{more} are drawn again."
     )

@@ -463,7 +463,7 @@ def _part(
 ) -> list[NewPage]:
     """The pages with the part alone that is asked for; the listener hears which that is."""
     _, laid = _lay_out([page.drawing for page in pages], profile, options)
-    chosen = parts.pieces(laid, profile, options.speed, **dataclasses.asdict(part))
+    chosen = parts.pieces(laid, partial(_plan_page, profile, options), **dataclasses.asdict(part))
     listener.say(parts.name_stretch(chosen, laid))
     kept = []
     for number, piece in enumerate(chosen, 1):
@@ -555,12 +555,12 @@ def shown_pages(
     whole, laid = _lay_out(pages, profile, options)
     chosen = [parts.SheetStretch(number, 0, len(page.strokes)) for number, page in enumerate(laid)]
     if part:
-        chosen = parts.pieces(laid, profile, options.speed, **dataclasses.asdict(part))
+        chosen = parts.pieces(laid, partial(_plan_page, profile, options), **dataclasses.asdict(part))
         listener.say(parts.name_stretch(chosen, laid))
     shown, plans = [], list[Plan]()
     for piece in chosen:
         drawn = cut_out(laid[piece.sheet], piece)
-        made = [plan(run, profile, speed=options.speed, pace=pace) for run, pace in paced(drawn, options)]
+        made = _plan_page(profile, options, drawn)
         shown.append(with_rest(whole[piece.sheet], piece, made))
         plans += made
     if not plans:
@@ -580,6 +580,11 @@ def paced(page: Drawing, options: JobOptions) -> Iterator[tuple[Drawing, float]]
     paces = [parts.turn_of(parts.layer_of(stroke, options.layers), options.turns).speed for stroke in page.strokes]
     for pace, run in itertools.groupby(zip(paces, page.strokes, strict=True), lambda each: each[0]):
         yield dataclasses.replace(page, strokes=tuple(stroke for _, stroke in run)), pace
+
+
+def _plan_page(profile: Plotter, options: JobOptions, page: Drawing) -> list[Plan]:
+    """The plans of a page that is laid out, one after the other: one for each pace of its layers."""
+    return [plan(run, profile, speed=options.speed, pace=pace) for run, pace in paced(page, options)]
 
 
 def _plan_facts(plans: Sequence[Plan]) -> Facts:

@@ -13,8 +13,7 @@ from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache, partial
 from itertools import pairwise
-from typing import TYPE_CHECKING
-from weakref import WeakKeyDictionary
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
@@ -31,7 +30,7 @@ from handout.values import Array, Drawing, Indices, Manuscript
 from handout.writing.choosing import GlyphChooser, choices
 from handout.writing.compose import Proofreader
 from handout.writing.legibility import misread_shares
-from handout.writing.pages import Sheet, Word
+from handout.writing.pages import Sheet
 from handout.writing.scanned_words import InkGlyph, ScannedHandwriting, SetParagraph, SetUnit
 from handout.writing.text import paragraphs_of
 
@@ -57,6 +56,8 @@ SETTINGS = RereadingSettings()
 # tangents by which moved words are set upright, and pixels of word space, half the width of their lines: they have to
 # read in all of these, since among many forms of a word there is always one that is read by chance
 _SHOWN = ((-0.1, 0.7), (0.1, 1.1), (0.3, 0.9))
+_MOST_KNOWN = 500  # words that were read last: 20 MB
+_Look: TypeAlias = tuple[tuple[InkGlyph, ...], str]  # how a word is set, and its letters
 _UNREAD = 6.0  # nat: of a letter that is not seen at all
 
 
@@ -208,18 +209,21 @@ class Rereader:
 
     def _read(self, paragraph: SetParagraph, units: Sequence[SetUnit]) -> list[ReadWord]:
         """The words of a paragraph as they read; those that were read before, set alike, are not read again."""
-        new = [unit for unit in units if unit.word not in self._known]
-        words = list[ReadWord]()
-        for unit in new:
-            numbers = np.array([glyph.number for glyph in unit.word.glyphs], dtype=np.intp)
-            picture = picture_of_ink(self.hand, numbers, paragraph.ink(unit), self.hand.pitch)
-            text = "".join(unit.word.spelt)
-            words.append(ReadWord(text, unit.word.at[0], numbers, picture, np.zeros(len(numbers))))
-        known = [word for word in words if readable(word.text)]
-        judged = iter(self._judge(known))
-        for unit, word in zip(new, words, strict=True):
-            self._known[unit.word] = next(judged) if readable(word.text) else word
-        return [self._known[unit.word] for unit in units]
+        looks, new = [(unit.word.glyphs, "".join(unit.word.spelt)) for unit in units], dict[_Look, ReadWord]()
+        for look, unit in zip(looks, units, strict=True):
+            if look not in self._known:
+                numbers = np.array([glyph.number for glyph in unit.word.glyphs], dtype=np.intp)
+                picture = picture_of_ink(self.hand, numbers, paragraph.ink(unit), self.hand.pitch)
+                new[look] = ReadWord(look[1], unit.word.at[0], numbers, picture, np.zeros(len(numbers)))
+        judged = iter(self._judge([word for word in new.values() if readable(word.text)]))
+        self._known |= {look: next(judged) if readable(word.text) else word for look, word in new.items()}
+        read = [
+            replace(self._known[look], at=unit.word.at[0]) for look, unit in zip(looks, units, strict=True)
+        ]  # which may stand elsewhere in the text since
+        self._known |= {look: self._known.pop(look) for look in dict.fromkeys(looks)}
+        for look in list(self._known)[:-_MOST_KNOWN]:
+            del self._known[look]
+        return read
 
     def _judge(self, words: Sequence[ReadWord]) -> list[ReadWord]:
         """Words with how probably strangers misread their letters."""
@@ -241,9 +245,9 @@ class Rereader:
 
 
 @lru_cache(maxsize=2)
-def _read_before(hand: ScannedHand, weights: MisreadWeights) -> WeakKeyDictionary[Word[InkGlyph], ReadWord]:
-    """Words of a hand that were read by a reader, as long as they are kept where they were set."""
-    return WeakKeyDictionary()
+def _read_before(hand: ScannedHand, weights: MisreadWeights) -> dict[_Look, ReadWord]:
+    """Words of a hand that were read by a reader, those that were asked for last at the end."""
+    return {}
 
 
 @one_thread

@@ -44,7 +44,7 @@ _WORD_SHEET = SheetOptions("160x36mm", "6mm", 1)
 _KNOBS: dict[str, tuple[str, tuple[tuple[str, str, tuple[float, float] | None], ...]]] = {
     "Movement": ("both", (
         ("movement.smooth", "Rounding", (0.05, 0.6)),
-        ("movement.interval", "Time from point to point", (20, 400)),
+        ("movement.interval", "Slowness", (20, 400)),
         ("jitter.size", "Tremor", (0, 0.12)),
     )),
     "Manner": ("both", (

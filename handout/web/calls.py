@@ -11,7 +11,7 @@ from typing import Annotated, Any, Literal, TypeVar, cast
 
 from msgspec import Meta, Raw, Struct, defstruct
 
-from handout.pipeline.batch_desk import BatchPlan
+from handout.pipeline.batch_store import BatchPlan
 from handout.pipeline.declarations import Name, PageName, Seed, list_declared
 from handout.pipeline.inputs import Source
 from handout.pipeline.options import (

@@ -154,7 +154,7 @@ async def try_batch(studio: Studio, request: Request, body: TriedBatch) -> Respo
         raise HTTPException(422, "table: this names an upload.")
     table = find_upload(studio, body.table, *TABLES)
     wanted = table, body.text, body.letter, body.plan(studio.hand(body.hand), ""), body.row
-    return json_answer(await studio.answer("looking at a table", Call("batch_desk.try_table", wanted), studio.long))
+    return json_answer(await studio.answer("looking at a table", Call("batch_trial.try_table", wanted), studio.long))
 
 
 async def keep_batch(studio: Studio, request: Request, body: NewBatch) -> Response:

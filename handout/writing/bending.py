@@ -183,7 +183,8 @@ def measure_spread(forms: Forms) -> InstanceSpread:
             # slips of the pen and of the reading lie outside twice the usual
             low[numbers] = np.maximum(size[numbers].min(axis=0), middle - 2 * usual)
             high[numbers] = np.minimum(size[numbers].max(axis=0), middle + 2 * usual)
-    warp = float(learnt(hand, "shape difference", VERSION, 1, lambda: [_shape_difference(forms, groups)])[0])
+    author = hand.author or hand
+    warp = float(learnt(author, "shape difference", VERSION, 1, lambda: [_shape_difference(forms.of_author)])[0])
     return InstanceSpread(size, deviation, np.minimum(low, size), np.maximum(high, size), warp, x_height)
 
 
@@ -208,12 +209,13 @@ def _common_deviation(size: Array, groups: Sequence[Indices], free: NDArray[np.b
     return np.asarray(np.percentile(rough, share, axis=0)) + 1e-3
 
 
-def _shape_difference(forms: Forms, groups: Sequence[Indices]) -> float:
+def _shape_difference(forms: Forms) -> float:
     """How far the strokes of two instances of a letter lie apart, boxes laid over each other; line space."""
     first, count = forms.bodies.first[:-1], np.diff(forms.bodies.first)
     low = np.minimum.reduceat(forms.bodies.xy, first)
     sides = np.maximum(np.maximum.reduceat(forms.bodies.xy, first) - low, 1e-3)
     boxed = np.split((forms.bodies.xy - np.repeat(low, count, axis=0)) / np.repeat(sides, count, axis=0), first[1:])
+    groups = [forms.hand.numbers_of_letter(letter) for letter in forms.hand.letters]
     pairs = [pair for numbers in groups if len(numbers) >= _ENOUGH for pair in pairwise(numbers.tolist())]
     if not pairs:
         return 0.01

@@ -26,7 +26,7 @@ from handout.hand.letter_classes import DOTTED, LOWERCASE
 from handout.hand.measures import mean_x_height
 from handout.hand.scanned import NOBODY, ScannedHand
 from handout.peaks import peaks
-from handout.values import Array, Indices, readonly, readonly_indices
+from handout.values import Array, Indices, readonly_indices
 
 
 class LineVertices(NamedTuple):
@@ -100,10 +100,12 @@ class ExtractedStrokes:
     """
 
     def __init__(self, hand: ScannedHand, ways: Mapping[int, tuple[Indices, ...]], centre: Array) -> None:
-        self._hand, self._centre = hand, centre
+        self._hand, self._centre, self._paths = hand, centre, ways
         self._before = np.cumsum([0, *(len(page.graph) for page in hand.pages)])  # vertices of the pages before
         self._count = int(self._before[-1])
         self._owned = self._code_vertices(list(enumerate(_undotted(hand))))
+        self._owner = np.full(self._count, NOBODY)  # the glyph that has each vertex
+        self._owner[self._owned % self._count] = self._owned // self._count
         out = [(number, path) for number, paths in sorted(ways.items()) for path in paths]
         into = sorted(((hand.glyphs[number].after, path) for number, path in out), key=itemgetter(0))
         gone = self._code_vertices([(i, path[1:]) for i, path in out] + [(i, path[:-1]) for i, path in into])
@@ -112,42 +114,21 @@ class ExtractedStrokes:
         # the distinct ones; `np.unique` hashes numbers, which takes ten times as long for these
         self._codes = codes[np.diff(codes, prepend=-1) > 0]
         self.bodies = self._lines(self._codes, np.searchsorted(self._codes, np.arange(len(centre) + 1) * self._count))
-        self._ways = [
-            (self._code_vertices(side), np.cumsum([0, *(len(path) for _, path in side)])) for side in (out, into)
-        ]
-        self.exits = self._strokes(*self._ways[0], leaving=True)
-        self.entries = self._strokes(*self._ways[1], leaving=False)
+        self.exits, self.entries = self._strokes(out, leaving=True), self._strokes(into, leaving=False)
 
     def vertices(self, number: int) -> Indices:
         """(n,) int, rising: of a glyph's body, by their numbers on its page."""
         codes = self._codes[self.bodies.first[number] : self.bodies.first[number + 1]]
         return np.asarray(codes % self._count - self._before[self._hand.glyphs[number].page])
 
-    def edges(self) -> list[Indices]:
-        """n of (m, 2) int: the edges between vertices of each body, by their place in it, without those of the ways."""
-        owner = np.full(self._count, NOBODY)
-        owner[self._owned % self._count] = self._owned // self._count
-        pairs = np.concatenate(
-            [page.graph.edges + at for page, at in zip(self._hand.pages, self._before, strict=False)]
-        )
-        holder = owner[pairs[:, 0]]
-        inside = (holder == owner[pairs[:, 1]]) & (holder != NOBODY)
-        holder, pairs = holder[inside], pairs[inside]
-        codes = holder[:, None] * self._count + pairs
-        # the place of each vertex in the body of the glyph that owns it
-        place = np.full(self._count, NOBODY)
-        own = np.flatnonzero(owner[self._codes % self._count] == self._codes // self._count)
-        place[self._codes[own] % self._count] = own
-        at = place[pairs]
-        walked = [
-            self._steps(np.delete(np.column_stack([way[:-1], way[1:]]), first[1:-1] - 1, axis=0))
-            for way, first in self._ways
-        ]
-        in_body = (at != NOBODY).all(axis=1)
-        in_body[in_body] = ~_are_among(self._steps(codes[in_body]), np.sort(np.concatenate(walked)))
-        order = np.flatnonzero(in_body)[np.argsort(holder[in_body], kind="stable")]
-        local = at[order] - self.bodies.first[holder[order], None]
-        return np.split(local, np.searchsorted(holder[order], np.arange(1, len(self._centre))))
+    def edges(self, number: int) -> Indices:
+        """(m, 2) int: the edges between vertices of a glyph's body, by their place in it, without those of its ways."""
+        glyph, vertices = self._hand.glyphs[number], self.vertices(number)
+        pairs = self._hand.pages[glyph.page].graph.edges_between(vertices)
+        paths = (*self._paths.get(number, ()), *self._paths.get(glyph.before, ()))
+        walked = np.concatenate([np.zeros((0, 2), np.intp), *(np.column_stack([way[:-1], way[1:]]) for way in paths)])
+        own = (self._owner[vertices + self._before[glyph.page]] == number)[pairs].all(axis=1)
+        return np.asarray(pairs[own & ~_are_among(self._steps(vertices[pairs]), np.sort(self._steps(walked)))])
 
     def _code_vertices(self, lines: Sequence[tuple[int, Indices]]) -> Indices:
         """The numbers of the vertices of lines, each with the glyph that has it."""
@@ -157,12 +138,12 @@ class ExtractedStrokes:
         size = [len(vertices) for _, vertices in lines]
         return np.asarray(codes + np.repeat(number * self._count + self._before[page], size))
 
-    def _steps(self, codes: Indices) -> Indices:
-        """(m,): one number for each pair of vertices (m, 2) of one glyph, the same in either order."""
-        low, high = np.minimum(*codes.T), np.maximum(*codes.T)
-        return np.asarray(low * self._count + high % self._count)
+    def _steps(self, pairs: Indices) -> Indices:
+        """(m,): one number for each pair of vertices (m, 2) of one page, the same in either order."""
+        return np.asarray(np.minimum(*pairs.T) * self._count + np.maximum(*pairs.T))
 
-    def _strokes(self, codes: Indices, first: Indices, *, leaving: bool) -> Connectors:
+    def _strokes(self, ways: Sequence[tuple[int, Indices]], *, leaving: bool) -> Connectors:
+        codes, first = self._code_vertices(ways), np.cumsum([0, *(len(path) for _, path in ways)])
         begin, end, size = first[:-1], first[1:] - 1, np.diff(first)
         away = np.arange(len(codes)) - np.repeat(begin, size)
         if not leaving:
@@ -382,7 +363,7 @@ class Forms:
         self.hand = hand
         self.centre = hand.centres
         self.marks = np.array([is_mark(glyph.letter) for glyph in hand.glyphs], dtype=bool)
-        self.paths, self._extracted, self._edges, self._loose = _extract_connectors(hand)
+        self.paths, self._extracted, self._loose = _extract_connectors(hand)
         self.bodies = self._extracted.bodies
         self._exits, self._entries = _group_ways(self._extracted.exits), _group_ways(self._extracted.entries)
         self._made: dict[int, GlyphLine] = {}
@@ -390,12 +371,17 @@ class Forms:
     def __len__(self) -> int:
         return len(self.centre)
 
+    @property
+    def of_author(self) -> Forms:
+        """The forms of what the author wrote, without letters that were added."""
+        return Forms(self.hand.author) if self.hand.author else self
+
     def __getitem__(self, number: int) -> GlyphLine:
         form = self._made.get(number)
         if form is None:
             form = self._made[number] = GlyphLine(
                 *self.bodies[number],
-                self._edges[number],
+                self._extracted.edges(number),
                 tuple(self._way(self._extracted.entries, way, self._loose[0]) for way in self._entries.get(number, ())),
                 tuple(self._way(self._extracted.exits, way, self._loose[1]) for way in self._exits.get(number, ())),
             )
@@ -439,15 +425,20 @@ class Forms:
         return np.concatenate(of)[order], np.concatenate(xy)[order], np.concatenate(radius)[order]
 
 
-def spread_evenly(xy: Array, count: int) -> Array:
-    """(count, 2): places at even distances along a line (n, 2) from its first to its last."""
-    t, fractions = _even_places(count), _fractions(xy)
-    return np.column_stack([np.interp(t, fractions, column) for column in xy.T])
-
-
-@lru_cache
-def _even_places(count: int) -> Array:
-    return readonly(np.linspace(0, 1, count), count)
+def spread_evenly(lines: Sequence[Array], count: int) -> Array:
+    """(m, count, 2): places at even distances along each of m lines (n, 2), from its first to its last."""
+    size, line = np.array([len(xy) for xy in lines], dtype=np.intp), np.arange(len(lines))[:, None]
+    there = np.arange(size.max(initial=2)) < size[:, None]
+    xy, far = np.zeros((*there.shape, 2)), np.zeros(there.shape)
+    xy[there] = np.concatenate([np.zeros((0, 2)), *lines])
+    steps = np.diff(xy, axis=1)
+    np.cumsum(np.maximum(np.hypot(steps[..., 0], steps[..., 1]), 1e-12), axis=1, out=far[:, 1:])
+    far = np.where(there, far / far[line, size[:, None] - 1], np.inf)
+    wanted = np.linspace(0, 1, count)
+    low = (far[:, None] <= wanted[:, None]).sum(axis=2) - 1
+    high = np.minimum(low + 1, size[:, None] - 1)
+    slope = (xy[line, high] - xy[line, low]) / np.where(high > low, far[line, high] - far[line, low], 1.0)[..., None]
+    return np.asarray(slope * (wanted - far[line, low])[..., None] + xy[line, low])
 
 
 def _fractions(xy: Array) -> Array:
@@ -474,8 +465,8 @@ _Loose: TypeAlias = "tuple[Indices, Indices]"
 @lru_cache(maxsize=4)
 def _extract_connectors(
     hand: ScannedHand,
-) -> tuple[Mapping[int, Sequence[Indices]], ExtractedStrokes, list[Indices], _Loose]:
-    """A hand's connectors as paths, all its lines, the edges of its bodies, and the loose lengths of entries and exits.
+) -> tuple[Mapping[int, Sequence[Indices]], ExtractedStrokes, _Loose]:
+    """A hand's connectors as paths, all its lines, and the loose lengths of entries and exits.
 
     Cached, since it takes a while and a hand's forms are needed when a text is set and again when it is traced.
     """
@@ -488,7 +479,7 @@ def _extract_connectors(
         np.minimum(_loose(strokes.entries, entry, clear, entering=True), _before_turn(strokes.entries, turn, -1)),
         np.minimum(_loose(strokes.exits, leave, clear, entering=False), _before_turn(strokes.exits, turn, 1)),
     )
-    return paths, strokes, strokes.edges(), loose
+    return paths, strokes, loose
 
 
 def _loose(strokes: Connectors, share: float, clear: float, *, entering: bool) -> Indices:

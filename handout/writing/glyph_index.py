@@ -26,6 +26,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
+from itertools import accumulate, pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -272,10 +273,11 @@ def residuals(hand: ScannedHand, bodies: Sequence[Indices]) -> Array:
     size = np.array([len(body) for body in bodies])
     of, first = np.repeat(np.arange(len(size)), size), np.concatenate([[0], np.cumsum(size)])
     vertices = np.concatenate(list(bodies))
-    graphs = [(hand.pages[glyph.page].graph, hand.pages[glyph.page].pitch) for glyph in hand.glyphs]
-    both = list(zip(bodies, graphs, strict=True))
-    radius = np.concatenate([graph.radius[body] / pitch for body, (graph, pitch) in both])
-    density = np.concatenate([graph.density[body] for body, (graph, _) in both])
+    pages = [(page.graph.radius / page.pitch, page.graph.density) for page in hand.pages]
+    radius, density = (
+        np.concatenate([pages[glyph.page][k][body] for glyph, body in zip(hand.glyphs, bodies, strict=True)])
+        for k in (0, 1)
+    )
     _, height, _, slant = body_sizes(hand.place_vertices(of, vertices), radius, first, 1 / hand.pitch).T
     begin = first[:-1]
     thick, dark = np.add.reduceat(radius, begin) / size, np.add.reduceat(density, begin) / size
@@ -475,11 +477,13 @@ def _ligatures(hand: ScannedHand) -> tuple[Array, Array]:
     exits = np.full((len(hand.glyphs), max(1, most), _PLACES, 2), np.nan)
     entries = exits.copy()
     each = [(number, k, path) for number, paths in paths_of.items() for k, path in enumerate(paths)]
-    size = np.array([len(path) for _, _, path in each], dtype=np.intp)
-    of = np.repeat(np.array([number for number, _, _ in each], dtype=np.intp), size)
-    places = hand.place_vertices(of, np.concatenate([np.zeros(0, dtype=np.intp), *(path for _, _, path in each)]))
-    for (number, k, _), way in zip(each, np.split(places, np.cumsum(size)[:-1]), strict=False):
-        exits[number, k] = entries[hand.glyphs[number].after, k] = spread_evenly(way, _PLACES)
+    size = [len(path) for _, _, path in each]
+    of, rank = np.array([way[:2] for way in each], dtype=np.intp).reshape(-1, 2).T
+    vertices = np.concatenate([np.zeros(0, dtype=np.intp), *(path for _, _, path in each)])
+    places = hand.place_vertices(np.repeat(of, size), vertices)
+    after = np.array([hand.glyphs[number].after for number in of.tolist()], dtype=np.intp)
+    lines = [places[a:b] for a, b in pairwise(accumulate(size, initial=0))]
+    exits[of, rank] = entries[after, rank] = spread_evenly(lines, _PLACES)
     for array in (exits, entries):
         array.flags.writeable = False
     return exits, entries

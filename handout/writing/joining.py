@@ -54,7 +54,8 @@ def rises(first: GlyphLine, second: GlyphLine, pairs: tuple[tuple[int, int], ...
 def meets(out: Connector, into: Connector) -> tuple[float, float]:
     """By how much the second centre must stand to the right of the first for two ways to lie on each other, on the
     mean, and the deviation of that along them."""
-    apart = spread_evenly(out.xy, _COMPARED)[:, 0] - spread_evenly(into.xy, _COMPARED)[:, 0]
+    ours, theirs = spread_evenly((out.xy, into.xy), _COMPARED)[:, :, 0]
+    apart = ours - theirs
     return float(apart.mean()), float(apart.std())
 
 

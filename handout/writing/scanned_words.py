@@ -9,12 +9,11 @@ Source: seed 000, §6.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from itertools import pairwise
 from typing import TYPE_CHECKING, TypeAlias
-from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -35,14 +34,14 @@ if TYPE_CHECKING:
     from handout.mathematics.shapes import Wander
 
 _MOST_KEPT = 500  # words of a hand that stay set, so that of a text that is typed on only what changed is: 20 MB
+_EXACT = 9  # decimals of places in a word, x-heights: what stands before a word in its paragraph moves no letter in it
 
 
 @dataclass(eq=False)
 class Before:
-    """Paragraphs as they were set in a hand, by all that they depend on, and the ink of their words."""
+    """Paragraphs as they were set in a hand, by all that they depend on."""
 
     paragraphs: dict[object, list[SetUnit]] = field(default_factory=dict)
-    laid: WeakKeyDictionary[Word[InkGlyph], list[LineGraph]] = field(default_factory=WeakKeyDictionary)
 
     def keep(self, key: object, units: list[SetUnit]) -> None:
         """Keep a paragraph; the oldest go, so that there are not too many words."""
@@ -52,14 +51,22 @@ class Before:
 
 
 @lru_cache(maxsize=4)
-def _learnt(hand: ScannedHand) -> tuple[GlyphIndex, LayoutModel, Before]:
-    """What is worked out once for a hand, however many texts are written in it, and what was set last."""
-    return index_glyphs(hand), layout_model(hand), Before()
+def _learnt(hand: ScannedHand) -> tuple[GlyphIndex, LayoutModel, Before, Callable[[_Glyphs], list[LineGraph]]]:
+    """What is worked out once for a hand, however many texts are written in it, what was set last, and what lays the
+    glyphs of a word, those that were laid last among them."""
+    model, pitch = layout_model(hand), hand.pitch
+
+    def lay(glyphs: _Glyphs) -> list[LineGraph]:
+        parts = [(glyph.number, glyph.x / pitch, glyph.y, glyph.bend) for glyph in glyphs]
+        numbers, x, y, bends = zip(*parts, strict=True)
+        return model.lay_word(numbers, np.array(x), y, bends)
+
+    return index_glyphs(hand), model, Before(), lru_cache(_MOST_KEPT)(lay)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True)
 class InkGlyph:
-    """A glyph in its word.
+    """A glyph in its word; it is another's equal that stands and is bent so, too.
 
     number : of the glyph in its hand.
     x : of its centre, x-heights; y : line space, how high it stands.
@@ -77,6 +84,7 @@ class InkGlyph:
 
 
 SetUnit: TypeAlias = Unit[InkGlyph]
+_Glyphs: TypeAlias = tuple[InkGlyph, ...]
 
 
 class ScannedHandwriting:
@@ -98,7 +106,7 @@ class ScannedHandwriting:
     def __init__(self, hand: ScannedHand, rng: np.random.Generator, variation: float) -> None:
         self._hand, self._variation = hand, variation
         self._seed, self.again, self.rewriting = rng.integers(2**63, size=(3, 2)).tolist()
-        self.stock, self._model, self._before = _learnt(hand)
+        self.stock, self._model, self._before, self._lay = _learnt(hand)
         self.name, self.pitch, self.baseline_model = hand.name, hand.pitch, author_baselines(hand)
         self.repertoire = hand.repertoire
         self.space = float(self._model.spacing.gaps.mean[WORDS]) * hand.pitch  # the usual gap between words, x-heights
@@ -148,7 +156,13 @@ class ScannedHandwriting:
             followed = b < len(x) and not starts[b]
             word = Word(
                 glyphs=tuple(
-                    map(InkGlyph, numbers[a:b].tolist(), (x[a:b] - begin).tolist(), y[a:b].tolist(), bends[a:b])
+                    map(
+                        InkGlyph,
+                        numbers[a:b].tolist(),
+                        (x[a:b] - begin).round(_EXACT).tolist(),
+                        y[a:b].tolist(),
+                        bends[a:b],
+                    )
                 ),
                 extents=own,
                 at=tuple(letter.at for letter in choice.letters),
@@ -170,16 +184,7 @@ class ScannedHandwriting:
 
     def laid(self, word: Word[InkGlyph]) -> list[LineGraph]:
         """The ink of a word's glyphs, line space from where it begins on its line."""
-        found = self._before.laid.get(word)
-        if found is None:
-            found = self._before.laid[word] = self._lay(word.glyphs, [glyph.x for glyph in word.glyphs])
-        return found
-
-    def _lay(self, glyphs: Sequence[InkGlyph], x: Sequence[float]) -> list[LineGraph]:
-        """The ink of glyphs without a space between, whose centres stand at `x`, x-heights."""
-        numbers = [glyph.number for glyph in glyphs]
-        y, bends = [glyph.y for glyph in glyphs], [glyph.bend for glyph in glyphs]
-        return self._model.lay_word(numbers, np.divide(x, self.pitch), y, bends)
+        return self._lay(word.glyphs)
 
     def place(
         self, words: Sequence[Word[InkGlyph]], starts: Sequence[float], scale: float, to_page: ToPage
@@ -189,10 +194,9 @@ class ScannedHandwriting:
         heads = [k for k, word in enumerate(words) if not (k and word.glued)]
         for k, end in pairwise([*heads, len(words)]):
             glyphs = [(i, starts[i] - starts[k], glyph) for i in range(k, end) for glyph in words[i].glyphs]
-            if end == k + 1:
-                graphs = self.laid(words[k])
-            else:
-                graphs = self._lay([glyph for *_, glyph in glyphs], [glyph.x + by / scale for _, by, glyph in glyphs])
+            graphs = self._lay(
+                words[k].glyphs if end == k + 1 else tuple(glyph.move_by(by / scale) for _, by, glyph in glyphs)
+            )
             letters = [letter for word in words[k:end] for letter in zip(word.at, word.spelt, strict=True)]
             for (i, _, glyph), graph, (at, letter) in zip(glyphs, graphs, letters, strict=True):
                 source = self._hand.glyphs[glyph.number]

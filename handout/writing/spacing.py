@@ -26,9 +26,9 @@ Source: seed 000, §6.3.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache, partial
 from itertools import pairwise
 
 import numpy as np
@@ -44,7 +44,7 @@ from handout.writing.bending import Bend
 from handout.writing.forms import Forms, GlyphLine, LineVertices, square_distances
 from handout.writing.joining import matches, meets, partners, rises
 from handout.writing.joints import Joints
-from handout.writing.neighbours import Neighbours
+from handout.writing.neighbours import Neighbours, neighbours
 from handout.writing.variation import Chances
 
 _HEIGHTS = np.arange(-0.48, 1.13, 0.04)  # over the baseline, line space
@@ -157,6 +157,7 @@ def apart(first: LineVertices | GlyphLine, second: LineVertices | GlyphLine, shi
 _MARGIN = 0.15  # by which the range of two estimates is widened: share of their difference, and of the deviation
 _EVEN = 0.02  # line space: least deviation that the distance at which ligatures meet is taken to have
 _MOST_PUSHES = 2
+_KEPT = 4096  # letters, or pairs of them, whose places are kept: 900 words, as `word_layout` keeps their bends
 _ENOUGH = 8  # pairs of a kind, or letters, from which on something is learnt of them
 # mean, deviation, least and most of hands that show too few
 _USUAL = [[0.05, 0.3, 0.03], [0.05, 0.08, 0.05], [0.0, 0.15, -0.05], [0.2, 0.6, 0.2]]
@@ -232,9 +233,8 @@ class SpacingModel:
         away = held - self.sides.clearance(first, second, kind) + self.lean[second] - self.lean[first]
         for k in np.flatnonzero(~sourced & (kind != WORDS)):
             i, j = int(first[k]), int(second[k])
-            reach = away[k] + np.array([low[k] - held[k], high[k] - held[k]])
-            away[k] = np.clip(self._with_ligatures(i, j, float(away[k])), *reach)
-            away[k] += self._extra_room(i, j, float(away[k]), float(self.least[int(lifted[k])]))
+            reach = float(low[k] - held[k]), float(high[k] - held[k])
+            away[k] = self.settle(i, j, float(away[k]), reach, float(self.least[int(lifted[k])]))
         for k in np.flatnonzero(parted):
             away[k] = self._word_distance(numbers, new_word, away, int(k))
         return np.asarray(away)
@@ -280,6 +280,16 @@ class SpacingModel:
         left, right, kind = np.array([first]), np.array([second]), np.array([WORDS])
         return float(upright + self.sides.clearance(left, right, kind)[0] - self.gaps.low[WORDS])
 
+    @cached_property
+    def settle(self) -> Callable[[int, int, float, tuple[float, float], float], float]:
+        """The distance of two letters of a word, `_settle`, as it was where it was asked for before."""
+        return lru_cache(_KEPT)(self._settle)
+
+    @cached_property
+    def bent(self) -> Callable[[int, Bend, float], _BentGlyph]:
+        """A glyph that is bent so, at its height on the line, as it was where it was asked for before."""
+        return lru_cache(_KEPT)(partial(_BentGlyph, self))
+
     def _with_ligatures(self, first: int, second: int, away: float) -> float:
         """The mean of a distance and of those at which the ligatures meet, weighted by their precisions."""
         meetings = [meets(out, into) for out, into in self.joints.joints_between(first, second)]
@@ -292,14 +302,16 @@ class SpacingModel:
         met = float(np.dot(ours, [distance for distance, _ in meetings]))
         return float((met + theirs * away) / (sum(ours) + theirs))
 
-    def _extra_room(self, first: int, second: int, away: float, least: float) -> float:
-        """How much further two letters must be moved apart, since ink may also meet at an angle."""
+    def _settle(self, first: int, second: int, away: float, reach: tuple[float, float], least: float) -> float:
+        """The distance of two letters, moved within `reach` to where their ligatures meet; further apart where their
+        ink meets at an angle."""
+        away = float(np.clip(self._with_ligatures(first, second, away), away + reach[0], away + reach[1]))
         rise = self.forms.centre[second, 1] - self.forms.centre[first, 1]
         more = 0.0
         for _ in range(_MOST_PUSHES):
             shift = np.array([away + more, rise])
             more += max(least - apart(self.forms.bodies[first], self.forms.bodies[second], shift), 0.0)
-        return more
+        return away + more
 
 
 def _sampled_gaps(estimates: Array, mean: Array, deviation: Array, chance: Array, variation: float) -> Array:
@@ -321,21 +333,21 @@ def letters_at_gap(new_word: NDArray[np.bool_], k: int) -> tuple[Indices, Indice
     return np.array(before), np.array(after)
 
 
-def spacing_model(forms: Forms, neighbours: Neighbours) -> SpacingModel:
+def spacing_model(forms: Forms, near: Neighbours) -> SpacingModel:
     """How a hand spaces its letters, from its pages."""
     slant = measures.mean_slant(forms.hand)
     beyond = sides(forms, slant)
     lean = slant * forms.centre[:, 1]
-    least = learnt(forms.hand, "least distances", VERSION, 2, lambda: _least(forms, neighbours))
+    least = learnt(forms.hand.author or forms.hand, "least distances", VERSION, 2, lambda: _least(forms.of_author))
     joints = Joints(forms)
     return SpacingModel(
-        forms, joints, beyond, slant, lean, _gaps(forms, beyond, neighbours, forms.centre[:, 0] - lean), least
+        forms, joints, beyond, slant, lean, _gaps(forms, beyond, near, forms.centre[:, 0] - lean), least
     )
 
 
-def _least(forms: Forms, neighbours: Neighbours) -> Array:
+def _least(forms: Forms) -> Array:
     """(2,): the least distances of two bodies in a word, of all and of letters that are not joined."""
-    pairs = neighbours.pairs(parted=False)
+    pairs = neighbours(forms.hand, forms.centre[:, 0]).pairs(parted=False)
     distances = np.array(
         [apart(forms.bodies[i], forms.bodies[j], forms.centre[j] - forms.centre[i]) for i, j in pairs.tolist()]
     )
@@ -351,13 +363,13 @@ def kinds(forms: Forms, first: Indices, second: Indices, parted: NDArray[np.bool
     return np.where(parted, WORDS, np.where(forms.marks[first] | forms.marks[second], MARKS, LETTERS))
 
 
-def _gaps(forms: Forms, beyond: Sides, neighbours: Neighbours, x: Array) -> Gaps:
+def _gaps(forms: Forms, beyond: Sides, near: Neighbours, x: Array) -> Gaps:
     """The clearances of the source; where a hand shows none, a usual one."""
     to_right, to_left = np.full((2, 3, len(x)), np.nan)
     mean, deviation, low, high = np.array(_USUAL)
     word, zone, words = float(low[WORDS]), np.inf, np.zeros(0)
-    first, second = np.concatenate([neighbours.pairs(parted=False), neighbours.pairs(parted=True)]).T
-    kind = kinds(forms, first, second, neighbours.parted[second])
+    first, second = np.concatenate([near.pairs(parted=False), near.pairs(parted=True)]).T
+    kind = kinds(forms, first, second, near.parted[second])
     clearances = x[second] - x[first] + beyond.clearance(first, second, kind)
     to_right[kind, first], to_left[kind, second] = clearances, clearances
     for pair_kind in (LETTERS, WORDS, MARKS):
@@ -367,7 +379,7 @@ def _gaps(forms: Forms, beyond: Sides, neighbours: Neighbours, x: Array) -> Gaps
             usual = np.clip(of_kind, low[pair_kind], high[pair_kind])
             mean[pair_kind], deviation[pair_kind] = usual.mean(), usual.std()
             if pair_kind == WORDS:
-                words = of_kind[~neighbours.closes(second[kind == pair_kind])]
+                words = of_kind[~near.closes(second[kind == pair_kind])]
                 words = np.sort(words if len(words) >= _ENOUGH else of_kind)
                 level = (x[second] - x[first] + beyond.between(first, second))[kind == pair_kind]
                 word = float(np.percentile(level, _NARROW, method="inverted_cdf"))
@@ -508,16 +520,16 @@ def smoothed(height: Array, rise: Array, deviation: Array, hold: float = 1.0) ->
     return np.asarray(height + solveh_banded(band, force))
 
 
-def height_model(forms: Forms, neighbours: Neighbours) -> HeightModel:
+def height_model(forms: Forms, near: Neighbours) -> HeightModel:
     """How high a hand's glyphs stand, learnt from its pages."""
     height = forms.centre[:, 1]
     marks = forms.marks
-    predicted = learnt(forms.hand, "heights", VERSION, len(height), lambda: _predicted_heights(forms, height, ~marks))
-    deviation = np.array(
-        [_rise_deviation(neighbours.pairs(parted), height - predicted, marks) for parted in (False, True)]
-    )
+    author, own = forms.hand.author or forms.hand, forms.hand.own_count
+    known = learnt(author, "heights", VERSION, own, lambda: _predicted_heights(forms.of_author))
+    predicted = np.concatenate([known, height[own:]])  # letters that were added stand as they were made to
+    deviation = np.array([_rise_deviation(near.pairs(parted), height - predicted, marks) for parted in (False, True)])
     ligature_deviation = _ligature_deviation(forms, predicted, float(deviation[0]))
-    return HeightModel(forms, height, predicted, deviation, ligature_deviation, HOLD, marks, neighbours)
+    return HeightModel(forms, height, predicted, deviation, ligature_deviation, HOLD, marks, near)
 
 
 def _ligature_deviation(forms: Forms, predicted: Array, deviation: float) -> float:
@@ -545,9 +557,9 @@ def _rise_deviation(pairs: Indices, rest: Array, marks: NDArray[np.bool_]) -> fl
     return max(float(1.4826 * np.median(away)), LEAST) if len(away) > 1 else 3 * LEAST
 
 
-def _predicted_heights(forms: Forms, height: Array, letters: NDArray[np.bool_]) -> Array:
+def _predicted_heights(forms: Forms) -> Array:
     """(n,) the height that a glyph's shape tells by what the other glyphs have."""
-    sample = np.flatnonzero(letters)
+    height, sample = forms.centre[:, 1], np.flatnonzero(~forms.marks)
     if len(sample) < _ENOUGH:
         return height.copy()
     sample = sample[:: -(-len(sample) // _MOST_LEARNT)]
@@ -603,18 +615,13 @@ def resolve_collisions(
     sourced = spacing.sourced(first, second, kind)
     least = spacing.least[spacing.lifted(first, second, kind).astype(np.intp)]
     glyphs = [
-        _BentGlyph(spacing, int(number), bend, float(height))
-        for number, bend, height in zip(numbers, bends, y, strict=True)
+        spacing.bent(number, bend, height)
+        for number, bend, height in zip(numbers.tolist(), bends, y.tolist(), strict=True)
     ]
     away = apart + spacing.sides.clearance(first, second, kind) + np.diff([glyph.shifted for glyph in glyphs])
     for k, of in enumerate(kind.tolist()):
-        away[k] -= nearness(glyphs[k].side(of), glyphs[k + 1].side(of))
-        for _ in range(_COLLISION_PUSHES if of != WORDS and not sourced[k] else 0):
-            shift = np.array([away[k], y[k + 1] - y[k]])
-            short = least[k] - glyphs[k].apart(glyphs[k + 1], shift)
-            if short <= 0:
-                break
-            away[k] += short
+        free = float(least[k]) if of != WORDS and not sourced[k] else -np.inf
+        away[k] = _push_apart(glyphs[k], glyphs[k + 1], float(away[k]), of, free)
     for k in np.flatnonzero(~sourced & (kind == WORDS)).tolist():
         before, after = letters_at_gap(new_word, k)
         begin, end = int(before[-1]), int(after[-1]) + 1
@@ -625,6 +632,18 @@ def resolve_collisions(
     return np.asarray(away)
 
 
+@lru_cache(_KEPT)
+def _push_apart(first: _BentGlyph, second: _BentGlyph, away: float, kind: int, least: float) -> float:
+    """How far right of a glyph's centre the next one stands, whose sides are `away`; no nearer than `least` or −inf."""
+    away -= nearness(first.side(kind), second.side(kind))
+    for _ in range(_COLLISION_PUSHES if least > -np.inf else 0):
+        short = least - first.apart(second, np.array([away, second.y - first.y]))
+        if short <= 0:
+            break
+        away += short
+    return away
+
+
 class _BentGlyph:
     """A glyph bent, at its height on the line.
 
@@ -632,7 +651,7 @@ class _BentGlyph:
     """
 
     def __init__(self, spacing: SpacingModel, number: int, bend: Bend, y: float) -> None:
-        self._form, self._bend, self._y, self._slant = spacing.forms[number], bend, y, spacing.slant
+        self._form, self._bend, self.y, self._slant = spacing.forms[number], bend, y, spacing.slant
         self._sides: dict[int, Side] = {}
         self.shifted = spacing.slant * (y - float(spacing.forms.centre[number, 1]))
 
@@ -641,7 +660,7 @@ class _BentGlyph:
         if kind not in self._sides:
             xy, radius = (self._body.xy, self._body.radius) if kind == LETTERS else self._whole
             upright = xy[:, 0] - self._slant * xy[:, 1]
-            self._sides[kind] = side((upright - radius, upright + radius, xy[:, 1] + self._y), kind)
+            self._sides[kind] = side((upright - radius, upright + radius, xy[:, 1] + self.y), kind)
         return self._sides[kind]
 
     @property

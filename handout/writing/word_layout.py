@@ -24,8 +24,8 @@ from handout.writing.neighbours import Neighbours, neighbours
 from handout.writing.spacing import HeightModel, SpacingModel, height_model, resolve_collisions, spacing_model
 from handout.writing.variation import Chances, correlate_values
 
-# decimals of the heights of glyphs, line space: a thousandth of a millimetre is seen by nobody, and letters that come
-# 30 after a letter, which move it by less, leave it as it was
+# decimals of the heights of glyphs, line space, and of how their size and slant drift: a thousandth of a millimetre is
+# seen by nobody, and letters that come 30 after a letter, which move it by less, leave it as it was
 _FINE = 4
 
 
@@ -78,7 +78,7 @@ class LayoutModel:
         variation : 0 not at all, 1 as much as is usual.
         """
         # size and slant drift, as people's do; a generator a glyph, so that another in its place changes no others
-        drifts = correlate_values(chances.walk)
+        drifts = correlate_values(chances.walk).round(_FINE)
         return [
             _bent(ref(self), number, tuple(drift), seed, variation)
             for number, drift, seed in zip(numbers.tolist(), drifts.tolist(), chances.seed.tolist(), strict=True)

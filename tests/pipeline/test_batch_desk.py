@@ -4,13 +4,14 @@ import pytest
 
 from handout import atomic
 from handout.errors import InputError
-from handout.pipeline import batch_desk
-from handout.pipeline.batch_desk import BatchPlan
+from handout.pipeline import batch_desk, batch_store
+from handout.pipeline.batch_store import BatchPlan
 from handout.pipeline.options import MergeOptions, PictureOptions, TableOptions, WritingOptions
 
 
 def test_a_batch_is_made_by_one_window_at_a_time(tmp_path, monkeypatch):
-    monkeypatch.setattr(batch_desk, "folder", lambda: tmp_path / "batches")
+    for room in (batch_desk, batch_store):
+        monkeypatch.setattr(room, "folder", lambda: tmp_path / "batches")
     table = tmp_path / "people.csv"
     table.write_text("name,street,city\nAda,Weg 1,Ulm\n")
     writing = WritingOptions(hand="house-print", seed=1)

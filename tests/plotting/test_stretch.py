@@ -30,7 +30,7 @@ def words(part):
 
 
 def part(**asked):
-    return pieces(PAGES, PROFILE, **asked)
+    return pieces(PAGES, lambda drawn: [plan(drawn, PROFILE)], **asked)
 
 
 @pytest.mark.parametrize(
@@ -62,6 +62,21 @@ def test_a_time_is_that_of_the_announced_plot():
     assert words(part(begin=f"0m{plans[0].duration:.2f}s", end="1h"))[-1] == "stamps."
     with pytest.raises(InputError, match="Nothing lies between"):
         part(begin="1m", end=f"{whole / 9:.1f}s")
+
+
+def test_a_time_is_that_of_the_layers_at_their_speeds():
+    def halved(drawn):
+        """The first two words as always, the others at half that pace."""
+        runs = [tuple(each for each in drawn.strokes if (each.word < 2) == first) for first in (True, False)]
+        return [
+            plan(dataclasses.replace(drawn, strokes=run), PROFILE, pace=pace)
+            for run, pace in zip(runs, (1.0, 0.5), strict=True)
+        ]
+
+    first, second = halved(PAGES[0])
+    asked = f"{first.duration + 0.9 * second.duration:.2f}s"
+    assert words(pieces(PAGES, halved, begin=asked))[0] == "you"
+    assert words(part(begin=asked))[0] != "you", "at one pace the sheet is done by then"
 
 
 @given(st.floats(0.0, 100.0), st.floats(0.0, 100.0))

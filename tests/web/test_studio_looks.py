@@ -104,7 +104,7 @@ def states(page, home):
     yield "table-made"
     page.get_by_text("More", exact=True).click()
     press(page, "Delete")
-    page.get_by_text("Deleted the batch").wait_for()
+    page.get_by_text("Deleted “sample.csv”").wait_for()
     at("own")
     yield "own-print"
     press(page, "Next: photograph it")

@@ -20,6 +20,10 @@ def desk(page):
     page.evaluate("localStorage.setItem('handout-style', '{\"kept_at\": 1e15}')")  # newer than what the studio kept
     page.goto(page.home + "#style/tag")
     solved(page)
+    fine = page.get_by_label("Show numbers, ellipses")
+    if not fine.is_visible():
+        page.locator(".side").get_by_text("More", exact=True).click()
+    fine.check()
     return page
 
 
@@ -48,6 +52,9 @@ def downloaded(page, kind):
 def test_targets_and_ellipses_are_dragged_and_all_is_undone(desk):
     page = desk
     assert axe(page) == []
+    page.get_by_label("Show numbers, ellipses").uncheck()
+    assert not page.locator("ellipse:visible, rect.handle:visible, .side input[type=number]:visible").count()
+    page.get_by_label("Show numbers, ellipses").check()
     x, y = centre(page, "circle.target", 3)
     page.mouse.move(x, y)
     page.mouse.down()
@@ -118,7 +125,7 @@ def test_keys_alone_are_enough(desk):
 
 def test_fingers_add_and_drag(desk):
     page = desk
-    page.get_by_role("button", name="Add", exact=True).click()
+    page.get_by_role("button", name="Add a point").click()
     x, y = centre(page, "circle.target", 1)
     send = "(([type, x, y]) => document.querySelector('.stage-ink svg').dispatchEvent(new PointerEvent(type, " \
         "{ pointerId: 7, pointerType: 'touch', clientX: x, clientY: y, bubbles: true })))"  # fmt: skip
@@ -127,7 +134,7 @@ def test_fingers_add_and_drag(desk):
         page.evaluate(send, [kind, x + away, y - 60])
     page.get_by_text("Point 3 of 9").wait_for()
     solved(page)
-    page.get_by_role("button", name="Add", exact=True).click()
+    page.get_by_role("button", name="Add a point").click()
 
 
 def test_a_photograph_lies_beneath_and_is_there_when_the_page_is_loaded_anew(desk):
@@ -167,7 +174,7 @@ def test_a_style_is_kept_in_its_file_and_refused_where_one_is(desk):
     page.get_by_role("button", name="Keep the style").click()
     page.locator(".bad", has_text="comes with the program").wait_for()
     page.get_by_role("textbox", name="Word").fill("no")
-    page.get_by_role("button", name="Take its points below").click()
+    page.get_by_role("button", name="Draw it below").click()
     page.locator("circle.target").nth(8).wait_for(state="attached")
     assert len(json.loads(downloaded(page, "targets"))["targets"]) > 8
     page.get_by_label("Rounding, typed").fill("0.3")

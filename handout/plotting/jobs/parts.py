@@ -18,9 +18,7 @@ import msgspec
 import numpy as np
 
 from handout.errors import InputError
-from handout.plotting.planning.plan import Speed
-from handout.plotting.planning.planner import plan
-from handout.profiles import Plotter
+from handout.plotting.planning.plan import Plan
 from handout.values import Array, Drawing, Stroke
 
 Layers = Literal["none", "name", "colour"]
@@ -220,8 +218,7 @@ class _Word(NamedTuple):
 
 def pieces(
     pages: Sequence[Drawing],
-    profile: Plotter,
-    speed: Speed = 1.0,
+    plan_page: Callable[[Drawing], Iterable[Plan]],
     *,
     begin: str | None = None,
     end: str | None = None,
@@ -233,6 +230,7 @@ def pieces(
 
     Parameters
     ----------
+    plan_page : the plans of a page, one after the other, by which it is timed.
     begin, end : a share such as "40%", or a time such as "2m30s"; None: not limited.
     from_word, to_word : a word or several, or the number of one, from 1 on the first sheet that is asked for.
     sheets : numbers such as "2", "2-3", "1,4-"; "": all.
@@ -244,7 +242,7 @@ def pieces(
     words = [word for sheet in _sheets(sheets, len(pages)) for word in _words(pages[sheet], sheet)]
 
     def read_mark(text: str) -> tuple[float, Array]:
-        return _marks(text, words, pages, profile, speed)
+        return _marks(text, words, pages, plan_page)
 
     first, last = _find_first(begin, from_word, words, read_mark), len(words) - 1
     if end:
@@ -316,7 +314,7 @@ def _text(page: Drawing, word: int) -> str:
 
 
 def _marks(
-    text: str, words: Sequence[_Word], pages: Sequence[Drawing], profile: Plotter, speed: Speed
+    text: str, words: Sequence[_Word], pages: Sequence[Drawing], plan_page: Callable[[Drawing], Iterable[Plan]]
 ) -> tuple[float, Array]:
     """A place that is asked for, and where the words begin and the last ends, in its measure: mm of ink, or s."""
     if match := _SHARE.fullmatch(text.strip()):
@@ -329,17 +327,18 @@ def _marks(
     if match is None or not any(match.groups()):
         raise InputError(f"{text!r} is neither a share such as 40% nor a time such as 2m30s.")
     hours, minutes, seconds = (float(part or 0.0) for part in match.groups())
-    return 3600 * hours + 60 * minutes + seconds, _clock(words, pages, profile, speed)
+    return 3600 * hours + 60 * minutes + seconds, _clock(words, pages, plan_page)
 
 
-def _clock(words: Sequence[_Word], pages: Sequence[Drawing], profile: Plotter, speed: Speed) -> Array:
+def _clock(words: Sequence[_Word], pages: Sequence[Drawing], plan_page: Callable[[Drawing], Iterable[Plan]]) -> Array:
     """(words + 1,) float, s: when each begins by the announced time, and when all is done."""
     begins, later = list[float](), 0.0
     for sheet, group in itertools.groupby(words, lambda word: word.sheet):
-        planned = plan(pages[sheet], profile, speed=speed)
-        starts = planned.starts[planned.toolpath.first]
-        begins += [later + (float(starts[word.first]) if word.first else 0.0) for word in group]
-        later += planned.duration
+        starts, before = list[float](), later
+        for planned in plan_page(pages[sheet]):
+            starts += (later + planned.starts[planned.toolpath.first]).tolist()
+            later += planned.duration
+        begins += [starts[word.first] if word.first else before for word in group]
     return np.array([*begins, later])
 
 

@@ -7,7 +7,7 @@
 /** @typedef {{before: {mean: number}, after: {mean: number}}} Check */
 /** @typedef {[string, ...string[][]]} Shades */
 import { blob, fileOf, request, takeAway, task, upload } from './api.js';
-import { button as plain, choice, field, guarded, h, handChoice, more as folded, picker, refusal as refusals, s, save, say, steps as row, tick } from './dom.js';
+import { button as plain, choice, field, guarded, h, handChoice, inkName, more as folded, picker, refusal as refusals, s, save, say, steps as row, tick, titled } from './dom.js';
 import { picture as shown, progress } from './work.js';
 
 const TAKEN = '.png,.jpg,.jpeg,.tif,.tiff,.webp,.bmp';
@@ -50,30 +50,30 @@ async function pictured(done, picture, number) {
   const over = s('svg', { class: 'laid', viewBox: `${left} ${top} ${wide} ${high}`, role: 'img', 'aria-label': picture.label ? `The scan with the grid that was found: ${picture.label}` : 'The scan; no chart was found on it' },
     s('image', { href, width, height, onload: () => URL.revokeObjectURL(href) }), faults.map((one) => shape(one.at, one.severity)), unread.map((one) => shape(one, 'unread')));
   const told = picture.label
-    ? `${picture.label}, at ${picture.dpi} dots per inch: ${picture.used} of ${picture.patches} fields and ${picture.marks} of 16 marks were found. Green is used, red is spoilt, blue are marks, dashed were not found.`
+    ? `${picture.label}: ${picture.used} of ${picture.patches} fields and ${picture.marks} of 16 marks were found. Green is used, red is spoilt, blue are marks, dashed were not found.`
     : 'Nothing of the chart was found on this scan.';
   return h('figure', { class: 'found' }, over, h('figcaption', { class: 'quiet' }, told));
 }
 
 async function penned(/** @type {Snapshot} */ done, /** @type {any} */ pen, /** @type {number} */ number) {
   if (!pen) return h('p', { class: 'quiet' }, 'Nothing is written in the frame.');
-  const swatch = pen.colour ? s('svg', { class: 'pen', viewBox: '0 0 2 1', preserveAspectRatio: 'none', role: 'img', 'aria-label': `The pen is ${pen.colour} on paper of ${pen.paper}` }, s('rect', { width: 1, height: 1, fill: pen.colour }), s('rect', { x: 1, width: 1, height: 1, fill: pen.paper })) : '';
-  return h('figure', { class: 'frame-of-pen' }, h('figcaption', {}, h('strong', {}, 'The pen in the frame '), pen.colour ? `${pen.colour} ` : '', swatch),
+  const swatch = pen.colour ? s('svg', { class: 'pen', viewBox: '0 0 2 1', preserveAspectRatio: 'none', role: 'img', 'aria-label': `The pen is ${inkName(pen.colour)}` }, s('rect', { width: 1, height: 1, fill: pen.colour }), s('rect', { x: 1, width: 1, height: 1, fill: pen.paper })) : '';
+  return h('figure', { class: 'frame-of-pen' }, h('figcaption', {}, h('strong', {}, 'The pen in the frame '), pen.colour ? `${inkName(pen.colour)} ` : '', swatch),
     shown(await blob(fileOf(done, number)), 'What is written in the frame'),
     pen.said ? h('p', { class: pen.doubtful ? 'warned' : 'quiet' }, pen.said) : '');
 }
 
 /** @type {Show} */
 export async function show(main, shared, [printerWanted, paperWanted]) {
-  main.append(h('h1', { class: 'hidden' }, 'Calibration'), h('p', { class: 'middle quiet' }, 'Looking at what is calibrated …'));
+  main.append(h('h1', { class: 'hidden' }, 'Colours that match'), h('p', { class: 'middle quiet' }, 'Looking for what is set up …'));
   const known = /** @type {{printers: {name: string, title: string}[], stored: Stored[], simulated: {papers: string[], faults: object}}} */ (await request('GET', '/api/calibrations'));
   /** @type {any} */
   let state = null;
 
-  const printer = choice(known.printers.map((one) => one.name), Object.fromEntries(known.printers.map((one) => [one.name, one.title])));
+  const printer = titled(known.printers);
   const papers = h('datalist', { id: 'papers' });
   const paper = h('input', { list: 'papers', required: true, pattern: '[\\w \\-]{1,60}', title: 'Letters, digits, spaces, - and _', value: paperWanted || 'plain', autocomplete: 'off' });
-  const sheet = choice(['A4', 'letter']);
+  const sheet = choice(['A4', 'letter'], { letter: 'US letter' });
   const hand = handChoice(shared.choices.hands.filter((one) => !one.drawn), { '': 'none' });
   const faults = Object.keys(known.simulated.faults);
   const fault = choice(['', ...faults], { '': 'nothing goes wrong' });
@@ -213,9 +213,9 @@ export async function show(main, shared, [printerWanted, paperWanted]) {
   const offered = () => papers.replaceChildren(...[...new Set([...(printer.value === 'simulated' ? known.simulated.papers : ['plain']), ...known.stored.filter((one) => one.printer === printer.value).map((one) => one.paper)])].map((one) => h('option', { value: one })));
   printer.addEventListener('change', offered);
   offered(); past();
-  main.replaceChildren(h('div', { class: 'calibration' }, h('h1', {}, 'Colours that match'), h('div', { class: 'columns' },
+  main.replaceChildren(h('div', { class: 'calibration' }, h('h1', {}, 'Colours that match'),
+    h('p', { class: 'quiet' }, 'A printer makes its own colours of every ink. Print a chart, scan it, and from then on its pages have the colour of your pen. It is done once for each paper.'), h('div', { class: 'columns' },
     h('div', {}, h('section', { class: 'panel' }, what), h('section', { class: 'panel', 'aria-label': 'The step' }, steps, refusal, work, panel), history), seen)));
-  seen.replaceChildren(h('div', { class: 'empty' }, h('p', {}, 'A printer makes its own colours of every ink. Print a chart, scan it, and from then on its pages have the colour of your pen. It is done once for each paper.')));
   panel.replaceChildren(h('p', { class: 'quiet' }, 'To see how it goes, without paper:'), h('div', { class: 'row' }, h('a', { class: 'button', href: '#calibration/sim/white' }, 'Try it with the simulated printer')));
   if (printerWanted) act(() => opened());
   return stop;

@@ -1,6 +1,6 @@
 // Elements, made without any HTML in text: what a hand or a file is called cannot become markup.
 
-/** @import { Child, Hand, Properties } from './types' */
+/** @import { Child, Hand, Machines, Named, Properties } from './types' */
 const SVG = 'http://www.w3.org/2000/svg';
 
 /** @template {Element} E @param {E} element @param {Properties | undefined} properties @param {Child[]} children @returns {E} */
@@ -57,11 +57,30 @@ export function choice(/** @type {string[]} */ names_, /** @type {Record<string,
   return h('select', {}, names_.map((name) => h('option', { value: name }, labels[name] ?? name)));
 }
 
+/** A choice of what has a name and a title.  @param {Named[]} some @param {Record<string, string>} [first] */
+export const titled = (some, first = {}) => choice([...Object.keys(first), ...some.map(({ name }) => name)], { ...first, ...Object.fromEntries(some.map(({ name, title }) => [name, title])) });
+
+/** Print queues and printers, without the one that makes a file.  @param {Machines} machines */
+export const printersOf = ({ queues, printers }) => [...queues.map((name) => ({ name, title: name })), ...printers.filter(({ name }) => name !== 'printer-pdf')];
+
+/** Where a plotter is connected.  @param {Named[]} ports */
+export const portChoice = (ports) => titled(ports.map(({ name, title }) => ({ name, title: name.startsWith('sim') ? title : `${name} ${title}` })), { '': 'Choose where …' });
+
 /** Hands by what they are called; those of one's own first.  @param {Hand[]} hands @param {Record<string, string>} [first] */
 export function handChoice(hands, first = {}) {
   const part = (/** @type {string} */ label, /** @type {Hand[]} */ some) => (some.length ? h('optgroup', { label }, some.map((one) => h('option', { value: one.name }, one.own ? one.name : one.title || one.name))) : '');
   return h('select', {}, Object.entries(first).map(([value, label]) => h('option', { value }, label)),
     part('My own', hands.filter((one) => one.own)), part('Drawn by a pen', hands.filter((one) => one.drawn)), part('From paper, with its ink', hands.filter((one) => !one.drawn && !one.own)));
+}
+
+const HUES = { red: 16, orange: 42, yellow: 66, green: 164, turquoise: 196, blue: 254, violet: 290, pink: 338, 'red ': 360 }; // to where in the circle of hues; set by eye
+
+/** An ink as people call it: #7c1f2b is red.  @param {string} hex */
+export function inkName(hex) {
+  const rgb = [1, 3, 5].map((at) => parseInt(hex.slice(at, at + 2), 16) / 255), [most, least] = [Math.max(...rgb), Math.min(...rgb)], light = (most + least) / 2, first = rgb.indexOf(most);
+  if (most - least < 0.12) return light < 0.3 ? 'black' : light < 0.9 ? 'grey' : 'white';
+  const turn = (60 * (2 * first + (rgb[(first + 1) % 3] - rgb[(first + 2) % 3]) / (most - least)) + 360) % 360, [name] = /** @type {[string]} */ (/** @type {unknown} */ (Object.entries(HUES).find(([, to]) => turn <= to)));
+  return name === 'orange' && light < 0.4 ? 'brown' : name.trim();
 }
 
 /** [what they share, rows] of rows that have the same said of them, in their order.  @template R @param {R[]} rows @param {(row: R) => string} said @returns {[string, R[]][]} */

@@ -31,16 +31,20 @@ export async function kept(name) {
   return (draft?.kept_at || 0) > (own.kept_at || 0) ? draft : own;
 }
 
+/** What was left in a form of this browser.  @param {string} name @returns {any} */
+export const formValues = (name) => here(`form-${name}`);
+
+/** Keep some of what is in a form.  @param {string} name @param {object} values */
+export const keepForm = (name, values) => localStorage.setItem(`handout-form-${name}`, JSON.stringify({ ...formValues(name), ...values }));
+
 /** Controls of a form as they were left in this browser, and from now on kept as they are changed.  @param {string} name @param {Record<string, HTMLInputElement | HTMLSelectElement | HTMLTextAreaElement>} controls */
 export function remember(name, controls) {
-  const before = here(`form-${name}`);
+  const before = formValues(name);
   for (const [id, control] of Object.entries(controls)) {
     const value = control.type === 'checkbox' ? 'checked' : 'value', usual = /** @type {any} */ (control)[value];
     if (id in before) /** @type {any} */ (control)[value] = before[id];
     if (control.tagName === 'SELECT' && control.value !== before[id]) control.value = usual; // a choice that is gone
-    control.addEventListener('input', () => {
-      localStorage.setItem(`handout-form-${name}`, JSON.stringify({ ...here(`form-${name}`), [id]: /** @type {any} */ (control)[value] }));
-    });
+    control.addEventListener('input', () => keepForm(name, { [id]: /** @type {any} */ (control)[value] }));
   }
 }
 

@@ -37,7 +37,7 @@ export async function show(main) {
       door('write', 'Write something', 'A letter, a card, a note: type it, and see it written.', sample),
       door('table', 'Letters from a table', 'One letter, many people: a list of names fills the gaps.', drawing('table')),
       door('own', 'My own handwriting', 'Print a sheet, write on it, photograph it: then it writes as you do.', drawing('own')),
-      door('jobs', 'On the desk', 'Plotters, printers, their colours, and styles of movement.', drawing('jobs'), true)),
+      door('jobs', 'On the desk', 'Plotters, printers, their colours, and styles of writing.', drawing('jobs'), true)),
     open));
   const gone = new AbortController();
   blob('/api/hands/house-joined/sample', 'image/svg+xml', 'GET', undefined, gone.signal).then((picture) => {

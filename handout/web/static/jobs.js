@@ -5,14 +5,17 @@
 /** @typedef {{layer: string, pen: string, speed: number, out: boolean}} Turn */
 /** @typedef {(quarters: number, x: number, y: number) => Promise<void>} Lay */
 import { follow, request, task, text as fetched } from './api.js';
-import { ARROWS, button, choice, field, guarded, h, machine as chosenMachine, more, refusal as refusals, s, say, tick } from './dom.js';
+import { remember } from './drafts.js';
+import { ARROWS, button, choice, field, guarded, h, inkName, machine as chosenMachine, more, portChoice, refusal as refusals, s, say, tick, titled } from './dom.js';
 import { alike, inOrder, writtenTo } from './replay.js';
 import { drawing } from './work.js';
 
 const STEPS = { 1: '1 mm', 10: '10 mm', 50: '50 mm' };
 const keep = (/** @type {object} */ values) => localStorage.setItem('handout-machine', JSON.stringify({ ...chosenMachine(), ...values }));
+const PEN = ['Ink', 'Pen', 'Speed', 'Draw it', 'Line', 'Takes', 'State'];
 const UNCHOSEN = 'Choose first where the plotter is connected; or the simulated one, which puts nothing on paper.';
 const minutes = (/** @type {number} */ seconds) => (!seconds ? '–' : seconds < 90 ? `${seconds} s` : seconds < 5400 ? `${Math.round(seconds / 60)} min` : `${(seconds / 3600).toFixed(1)} h`);
+const HEX = /#[0-9a-f]{6}\b/gi;
 const metres = (/** @type {number} */ mm) => `${(mm / 1000).toFixed(2)} m`;
 /** What it is called: its first words, whole ones. */
 const named = (/** @type {Plot} */ { title = '', job }) => (title.length > 36 ? `${title.replace(/\s+\S*$/, '')} …` : title) || job;
@@ -25,9 +28,7 @@ function state(/** @type {Plot} */ plot, /** @type {Record<string, string>} */ d
 
 /** The machine: its port, and its pen moved by hand.  @param {Machines} machines */
 function machine(machines) {
-  const labels = Object.fromEntries(machines.ports.map((port) => [port.name, port.name.startsWith('sim') ? port.title : `${port.name} ${port.title}`]));
-  const port = choice(['', ...machines.ports.map((one) => one.name)], { '': 'Choose where …', ...labels });
-  const device = choice(machines.plotters.map((one) => one.name), Object.fromEntries(machines.plotters.map((one) => [one.name, one.title])));
+  const port = portChoice(machines.ports), device = titled(machines.plotters);
   const before = chosenMachine();
   if (before.port && machines.ports.some((one) => one.name === before.port)) port.value = before.port;
   if (machines.plotters.some((one) => one.name === before.device)) device.value = before.device;
@@ -124,15 +125,16 @@ function movable(group, plot, lay) {
 function pens(plot, now, turn) {
   const all = plot.pens || [], begun = Boolean(plot.runs.length), fixed = now || plot.finished;
   const swatch = (/** @type {string} */ layer) => (/^#[0-9a-f]{6}$/i.test(layer) ? s('svg', { class: 'pen', viewBox: '0 0 2 1', 'aria-hidden': 'true' }, s('rect', { width: 2, height: 1, fill: layer })) : '');
+  const names = all.map(({ layer }) => layer.replace(HEX, inkName) || 'the usual');
   const rows = all.map((pen, at) => {
-    const called = pen.layer || 'the usual', name = (/** @type {string} */ what) => ({ 'aria-label': `${what}: ${called}`, disabled: fixed, 'data-what': `${what} ${pen.layer}` });
+    const alike = names.slice(0, at + 1).filter((one) => one === names[at]).length, called = alike > 1 ? `${names[at]}, ${alike}` : names[at], name = (/** @type {string} */ what) => ({ 'aria-label': `${what}: ${called}`, disabled: fixed, 'data-what': `${what} ${pen.layer}` });
     const say_ = (/** @type {Partial<Turn>} */ more, /** @type {string} */ what, to = at) => {
       const others = all.map(({ layer, pen: own, speed, out }) => ({ layer, pen: own, speed, out })), [one] = others.splice(at, 1);
       others.splice(to, 0, { ...one, ...more });
       turn(others, `${what} ${pen.layer}`);
     };
     const speed = h('input', { type: 'number', min: 5, max: 2000, step: 5, value: Math.round(100 * pen.speed), ...name('Speed in percent'), onchange: () => { if (speed.reportValidity()) say_({ speed: Number(speed.value) / 100 }, 'Speed in percent'); } });
-    const own = h('input', { value: pen.pen, maxlength: 60, placeholder: pen.layer || 'any', ...name('Pen'), onchange: () => say_({ pen: own.value.trim() }, 'Pen') });
+    const own = h('input', { value: pen.pen, maxlength: 60, placeholder: pen.layer ? called : 'any', ...name('Pen'), onchange: () => say_({ pen: own.value.trim() }, 'Pen') });
     const move = h('button', { type: 'button', class: 'icon', ...name('Order'), disabled: fixed || begun, title: 'Drag it, or press the arrow keys',
       onkeydown: (/** @type {KeyboardEvent} */ event) => {
         const [, by] = ARROWS[event.key] ?? [0, 0];
@@ -145,12 +147,10 @@ function pens(plot, now, turn) {
       } }, '↕');
     const draws = h('input', { type: 'checkbox', checked: !pen.out, ...name('Draw it'), disabled: fixed || begun, onchange: () => say_({ out: !draws.checked }, 'Draw it') });
     const state_ = pen.out ? 'left out' : pen.drawn ? 'drawn' : begun && pen.next ? 'its turn' : 'waits';
-    return h('tr', { class: pen.out ? 'quiet' : undefined }, h('td', {}, all.length > 1 ? move : '', swatch(pen.layer), h('span', { class: pen.layer ? 'hex' : undefined }, ` ${called}`)), h('td', {}, own), h('td', {}, speed, ' %'), h('td', {}, draws),
-      h('td', {}, metres(pen.ink_mm)), h('td', {}, minutes(pen.seconds)), h('td', {}, state_));
+    return h('tr', { class: pen.out ? 'quiet' : undefined }, h('td', {}, all.length > 1 ? move : '', swatch(pen.layer), ` ${called}`), ...[own, [speed, ' %'], draws, metres(pen.ink_mm), minutes(pen.seconds), state_].map((one, k) => h('td', { 'data-of': PEN[k + 1] }, one)));
   });
   return [h('p', { class: 'quiet small' }, all.length > 1 ? 'In this order: a machine waits for each pen, the simulated one does not. Inks whose pens are called the same share one.' : ''),
-    h('div', { class: 'wide-table', tabindex: 0, role: 'region', 'aria-label': 'Pens' }, h('table', { class: 'pens' },
-    h('thead', {}, h('tr', {}, ['Ink', 'Pen', 'Speed', 'Draw it', 'Line', 'About', ''].map((label) => h(label ? 'th' : 'td', label ? { scope: 'col' } : {}, label)))), h('tbody', {}, rows)))];
+    h('table', { class: 'pens' }, h('thead', {}, h('tr', {}, PEN.map((label) => h('th', { scope: 'col' }, label)))), h('tbody', {}, rows))];
 }
 
 /** The bed with a sheet on it; `reach` shows how far the pen has come.  @param {HTMLElement} place @param {() => string} over @param {Lay} lay */
@@ -199,7 +199,7 @@ export async function show(main, shared, [chosen]) {
   const gone = new AbortController();
   const refusal = refusals();
   const place = h('div', { class: 'bed' });
-  const list = h('ul', { class: 'list' }), penned = h('details', { class: 'penned' });
+  const list = h('ul', { class: 'list' }), penned = h('details', { class: 'penned', hidden: true });
   const told = h('div', { class: 'told', 'aria-live': 'polite', tabindex: 0, role: 'region', 'aria-label': 'What is told' });
   const bar = h('progress', { max: 1, value: 0, 'aria-label': 'Drawn' });
   const question = h('p', { class: 'asked', role: 'alert' });
@@ -207,7 +207,9 @@ export async function show(main, shared, [chosen]) {
   const start = act('Draw', draw, true), pause = act('Pause', () => word('pause')), on = act('Continue', () => word('on'), true);
   const stop = act('Stop', () => word('stop')), drop = act('Delete it', forget), turn = act('Turn the sheet', turned);
   const [zeroLabel, zero] = tick('The pen stands above the start corner');
-  const [homeLabel, home] = tick('Back to the start corner when stopped'), rest = more('More', homeLabel, h('div', { class: 'row' }, drop));
+  const [homeLabel, home] = tick('Back to the start corner when stopped');
+  remember('plotter', { home }); // where the pen stands is asked each time
+  const rest = more('More', homeLabel, h('div', { class: 'row' }, drop));
   const view = bed(place, () => (simulated ? 'The simulated plotter drew all of it: nothing is on paper.' : 'All of it is drawn.'), lay);
   let plot = /** @type {Laid} */ (/** @type {any} */ (null)), running = /** @type {string | null} */ (null), live = /** @type {NonNullable<Snapshot['live']>} */ ({}), left = false, simulated = false;
 
@@ -267,12 +269,12 @@ export async function show(main, shared, [chosen]) {
     pause.hidden = !now || asks; on.hidden = !asks; stop.hidden = !now; rest.hidden = now || !plot;
     turn.hidden = now || !canBeLaid(plot);
     zeroLabel.hidden = now || !plot?.runs.length || plot.finished; homeLabel.hidden = Boolean(plot?.finished);
-    question.textContent = live.question || '';
+    question.textContent = (live.question || '').replace(HEX, inkName);
     bar.hidden = !plot || plot.finished || !(now || plot.runs.length);
   }
   /** @param {(string | undefined)[]} lines */
   function sentences(...lines) {
-    told.replaceChildren(...lines.filter(Boolean).map((line) => h('p', {}, line)));
+    told.replaceChildren(...lines.filter(Boolean).map((line) => h('p', {}, line?.replace(HEX, inkName))));
   }
   /** Follow a plot that is drawn until it has ended, or this page is left.  @param {string} id */
   async function watch(id) {
@@ -286,7 +288,7 @@ export async function show(main, shared, [chosen]) {
         last = snapshot; live = snapshot.live || {};
         bar.value = snapshot.share || bar.value;
         controls();
-        sentences(snapshot.stage || 'Speaking with the plotter …', ...(snapshot.said || []).slice(-2));
+        sentences(snapshot.stage || 'Speaking with the plotter …', ...(snapshot.said || []).filter((line) => !line.startsWith(plot.job)).slice(-2)); // how it goes on is seen
         if (live.place) await view.show(plot, live.place);
       }
     } catch (/** @type {any} */ error) {

@@ -3,7 +3,7 @@
 /** @import { Batch, Machines, Snapshot } from './types' */
 import { blob, follow, request, task } from './api.js';
 import * as drafts from './drafts.js';
-import { button, choice, field, grouped, guarded, h, more as folded, named, refusal as refusals, save, say, steps, tick } from './dom.js';
+import { button, field, grouped, guarded, h, more as folded, named, portChoice, refusal as refusals, save, say, steps, tick } from './dom.js';
 import { picture } from './work.js';
 
 const TO = { pdf: 'a PDF file', printer: 'a printer', plotter: 'the plotter' };
@@ -22,18 +22,19 @@ export async function kept(/** @type {HTMLElement} */ main, /** @type {string} *
   const proofs = h('div', { class: 'proofs' }), rows = h('div', { class: 'rows', tabindex: 0, role: 'region', 'aria-label': 'Rows' });
   const more = h('button', { type: 'button', hidden: true, onclick: () => pictures(proofs.childElementCount) });
   const act = (/** @type {string} */ label, /** @type {() => any} */ work, main_ = false) => button(label, guarded(refusal, work), main_);
-  const ports = choice(['', ...machines.ports.map((port) => port.name)], Object.fromEntries([['', 'Choose …']].concat(machines.ports.map((port) => [port.name, port.name.startsWith('sim') ? port.title : `${port.name} ${port.title}`]))));
+  const ports = portChoice(machines.ports);
   const others = machines.ports.map(/** @returns {[string, HTMLLabelElement, HTMLInputElement]} */ (port) => [port.name, ...tick(port.name.startsWith('sim') ? port.title : port.name, {})]);
   const sharing = folded('Share it with more plotters', others.map(([, label]) => label));
   const where = h('div', { class: 'grid' }, field('Connected at', ports), sharing);
   const shared = () => others.filter(([port, , box]) => port !== ports.value && box.checked).map(([port]) => port);
-  ports.addEventListener('change', () => controls());
+  drafts.remember(`batch-${name}`, { at: ports, ...Object.fromEntries(others.map(([port, , box]) => [`with ${port}`, box])) });
+  where.addEventListener('change', () => controls());
 
+  const forget = async () => { await request('DELETE', url); for (const form of ['batch', 'row']) drafts.forget(`${form}-${name}`); };
   const prove = act('Make a proof', () => followed(`${url}/proof`, {}), true), again = act('Make the proof anew', () => followed(`${url}/proof`, {}));
   const approve = act('Approve', async () => {
     try {
       shown(await request('POST', `${url}/approval`, { made: batch.proof.made, left_out: [...out] }));
-      drafts.forget(`out-${name}`);
     } catch (/** @type {any} */ error) {
       shown(await request('GET', url));
       throw error;
@@ -43,8 +44,8 @@ export async function kept(/** @type {HTMLElement} */ main, /** @type {string} *
   const pause = act('Pause', () => word('pause')), on = act('Continue', () => word('on'), true), stop = act('Stop', () => word('stop'));
   const take = act('Save the PDF', async () => save(await blob(`${url}/files/batch.pdf`), `${name}.pdf`), true);
   const sheet = act('Save the proof', async () => save(await blob(`${url}/files/proof.pdf`), `${name}-proof.pdf`));
-  const change = act('Change the letter', async () => { await request('DELETE', url); drafts.keep('batch', { ...draft, batch: '', step: 1 }, refusal); location.hash = 'table'; });
-  const drop = act('Delete', async () => { await request('DELETE', url); say('Deleted the batch.'); location.hash = 'table'; });
+  const change = act('Change the letter', async () => { await forget(); drafts.keep('batch', { ...draft, batch: '', step: 1 }, refusal); location.hash = 'table'; });
+  const drop = act('Delete', async () => { await forget(); say(`Deleted “${batch.title}”.`); location.hash = 'table'; });
   const another = h('a', { class: 'button', href: '#table' }, 'Another table'), rest = folded('More', h('div', { class: 'row' }, again, sheet, drop));
 
   const lost = () => batch.proof.failed?.length || 0;
@@ -104,6 +105,7 @@ export async function kept(/** @type {HTMLElement} */ main, /** @type {string} *
   async function pictures(before = 0) {
     const most = before + SHOWN, pages = batch.proof.pages_shown || [];
     const looked = new Map((batch.proof.look_at || []).map((one) => [one.row, one.why]));
+    const who = new Map(batch.rows.map((row) => [row.row, row.called.split(', ').slice(0, 2).join(' ')]));
     if (!before) proofs.replaceChildren();
     proofs.append(...pages.slice(before, most).map((page) => {
       const image = h('img', { alt: `Row ${page.row}, ${page.part}`, loading: 'lazy' });
@@ -116,7 +118,7 @@ export async function kept(/** @type {HTMLElement} */ main, /** @type {string} *
       fetched();
       const toggle = button('Leave out', () => leave(page.row), false, { class: 'leave', 'aria-label': `Leave out: row ${page.row}` });
       return h('figure', { class: looked.has(page.row) ? 'look' : undefined, 'data-row': page.row }, image,
-        h('figcaption', {}, `Row ${page.row}${page.part === 'letter 1' ? '' : `, ${page.part}`}`, looked.has(page.row) ? h('span', { class: 'warned' }, looked.get(page.row)?.join('; ')) : ''), h('div', { class: 'joined' }, toggle, editor(page.row, 'Change it')));
+        h('figcaption', {}, `${who.get(page.row) ?? ''} `, h('span', { class: 'quiet' }, `row ${page.row}${page.part === 'letter 1' ? '' : `, ${page.part}`}`), looked.has(page.row) ? h('span', { class: 'warned' }, looked.get(page.row)?.join('; ')) : ''), h('div', { class: 'joined' }, toggle, editor(page.row, 'Change it')));
     }));
     more.hidden = pages.length <= most;
     more.textContent = `${most} of ${pages.length} pages are shown: show ${Math.min(SHOWN, pages.length - most)} more`;
@@ -124,14 +126,17 @@ export async function kept(/** @type {HTMLElement} */ main, /** @type {string} *
   }
   function leave(/** @type {number} */ row) {
     if (out.has(row)) out.delete(row); else out.add(row);
-    localStorage.setItem(`handout-form-out-${name}`, JSON.stringify({ made: batch.proof.made, rows: [...out] }));
+    drafts.keepForm(`batch-${name}`, { made: batch.proof.made, out: [...out] });
     marked();
     controls();
   }
   /** The cells of a row, to be put right; the proof is made anew then.  @param {number} row */
   async function edit(row) {
-    const { cells } = await request('POST', `${url}/rows/${row}`, {}), wrong = refusals();
+    const { cells } = await request('POST', `${url}/rows/${row}`, {}), wrong = refusals(), form = `row-${name}`;
+    if (drafts.formValues(form).row !== row) drafts.forget(form);
+    drafts.keepForm(form, { row });
     const inputs = Object.entries(/** @type {Record<string, string>} */ (cells)).map(/** @returns {[string, HTMLTextAreaElement]} */ ([header, cell]) => [header, h('textarea', { rows: 1 + (cell.match(/\n/g) || []).length }, cell)]);
+    drafts.remember(form, Object.fromEntries(inputs.map(([header, input]) => [`cell ${header}`, input])));
     const dialog = h('dialog', { 'aria-label': `Row ${row}` }, h('h2', {}, `Row ${row}`), h('form', {
       class: 'panel-form',
       async onsubmit(/** @type {Event} */ event) {
@@ -145,7 +150,7 @@ export async function kept(/** @type {HTMLElement} */ main, /** @type {string} *
       },
     }, inputs.map(([header, input]) => field(header, input)), h('p', { class: 'quiet' }, 'Only here: the file that you gave stays as it is. The proof is made anew.'), wrong,
     h('div', { class: 'row' }, h('button', { class: 'main' }, 'Keep'), button('Leave it', () => dialog.close()))));
-    dialog.addEventListener('close', () => dialog.remove());
+    dialog.addEventListener('close', () => { dialog.remove(); drafts.forget(form); });
     document.body.append(dialog);
     dialog.showModal();
   }
@@ -170,13 +175,13 @@ export async function kept(/** @type {HTMLElement} */ main, /** @type {string} *
     const before = JSON.stringify(batch?.proof) !== JSON.stringify(facts.proof) || !proofs.childElementCount;
     batch = facts;
     if (before) { // rows that were left out and not approved yet are so still, where the page is loaded anew
-      const pressed = JSON.parse(localStorage.getItem(`handout-form-out-${name}`) || '{}');
+      const pressed = drafts.formValues(`batch-${name}`);
       out.clear();
-      for (const row of pressed.rows && pressed.made === batch.proof.made ? pressed.rows : batch.left_out) out.add(row);
+      for (const row of pressed.out && pressed.made === batch.proof.made && batch.state === 'proofed' ? pressed.out : batch.left_out) out.add(row);
     }
     title.textContent = { new: 'Here comes a proof', proofed: 'Does every letter look right?', approved: 'Approved: now it can be made', 'broken off': 'It stopped on the way', done: 'Done' }[batch.state];
     const what = [batch.letters && 'letters', batch.envelopes && 'envelopes'].filter(Boolean).join(' and ');
-    summary.textContent = `${batch.title}: ${batch.left_out.length ? `${batch.count - batch.left_out.length} of ` : ''}${batch.count} ${batch.count === 1 ? 'row' : 'rows'}, ${what}, for ${batch.printer || TO[batch.to]}${batch.state === 'broken off' && batch.ended ? `; ${batch.ended}` : ''}.`;
+    summary.textContent = `${batch.title}: ${batch.left_out.length ? `${batch.count - batch.left_out.length} of ` : ''}${batch.count} ${batch.count === 1 ? what.replaceAll('s ', ' ').replace(/s$/, '') : what}, for ${batch.printer || TO[batch.to]}${batch.state === 'broken off' && batch.ended ? `; ${batch.ended}` : ''}.`;
     if (lost()) summary.textContent += ` ${lost()} ${lost() === 1 ? 'row' : 'rows'} cannot be made, as is said below: ${['new', 'proofed'].includes(batch.state) ? 'put right what is wrong, or make it without them' : 'it is made without them'}.`;
     if (batch.rehearsed) summary.textContent += ' The simulated plotter drew it: nothing is on paper yet.';
     if (batch.test && batch.state === 'done') summary.textContent += ' It was a test: nothing was sent.';
@@ -191,5 +196,6 @@ export async function kept(/** @type {HTMLElement} */ main, /** @type {string} *
   const quiet = (/** @type {Error} */ error) => { if (error.name !== 'AbortError') refusal.textContent = error.message; };
   if (batch.task) watch(batch.task).catch(quiet);
   else if (batch.state === 'new') followed(`${url}/proof`, {}).catch(quiet);
-  return () => gone.abort();
+  else if (batch.state === 'proofed' && drafts.formValues(`row-${name}`).row) guarded(refusal, edit)(drafts.formValues(`row-${name}`).row);
+  return () => { gone.abort(); document.querySelector('dialog')?.remove(); };
 }

@@ -3,6 +3,7 @@
 /** @import { Hand, Point, Shared, Show } from './types' */
 /** @import { Letter, Pen, Stroke } from './stage.js' */
 import { request, task } from './api.js';
+import * as drafts from './drafts.js';
 import { button, choice, field, h, handChoice, more as folded, refusal as refusals, s, say } from './dom.js';
 import { apart, middle, stage, strokesOf } from './stage.js';
 import { lineIn, progress } from './work.js';
@@ -55,7 +56,7 @@ export async function show(main, shared, [name, number = '0']) {
 
   const title = h('p', { class: 'big', 'aria-live': 'polite' }), about = h('p', { class: 'quiet' });
   const left = h('p', {}), refusal = refusals(), kept = h('p', { class: 'quiet', 'aria-live': 'polite' });
-  const input = h('input', { autocomplete: 'off', autocapitalize: 'off', spellcheck: 'false', maxlength: 8 });
+  const form = `letter-${name}`, input = h('input', { autocomplete: 'off', autocapitalize: 'off', spellcheck: 'false', maxlength: 8, oninput: () => drafts.keepForm(form, { page, spot: here().spot, name: input.value }) });
   const hint = h('p', { class: 'quiet' }, HINT), more = h('span', { class: 'row push' });
   const view = stage(url, sheet, pressed);
 
@@ -70,9 +71,9 @@ export async function show(main, shared, [name, number = '0']) {
     view.frame(letter);
     if (!letter) return;
     title.textContent = letter.letter || '?';
-    input.value = letter.letter;
-    const sure = ['confirmed', 'kept_out', 'unnamed'].includes(letter.verdict) ? '' : ` (${Math.round(letter.probability * 100)} of 100 sure)`;
-    about.textContent = `${letter.word ? `in “${letter.word}”, ` : ''}line ${letter.line + 1}: ${VERDICTS[letter.verdict]}${sure}${letter.joined ? ', joined to the next' : ''}${letter.ordered ? ', strokes told' : ''}`;
+    const half = drafts.formValues(form); // typed for this one, and not said yet
+    if (half.page !== page || apart(half.spot, letter.spot) > 1) { input.value = letter.letter; drafts.forget(form); } else input.value = half.name;
+    about.textContent = `${letter.word ? `in “${letter.word}”, ` : ''}line ${letter.line + 1}: ${VERDICTS[letter.verdict]}${letter.joined ? ', joined to the next' : ''}${letter.ordered ? ', strokes told' : ''}`;
     tell();
   }
 
@@ -188,6 +189,7 @@ export async function show(main, shared, [name, number = '0']) {
   }
   function label(/** @type {string} */ text) {
     if (!text.trim() || !here()) return;
+    drafts.forget(form);
     correct({ do: 'label', at: here().spot, text: text.trim() });
     letters[at] = { ...here(), letter: text.trim(), verdict: 'confirmed', probability: 1, gain: 0 };
     nextDoubt();
@@ -225,21 +227,22 @@ export async function show(main, shared, [name, number = '0']) {
     return true;
   }
 
+  /** @type {Pen} */
+  const CUT = { kind: 'line', done: ([a, b]) => { stop(); correct({ do: 'split', a, b }, { unnamed: true }); } };
   function beginCut() {
     if (!here()) return;
     const { box: [x, y, right, low] } = here(), lean = sheet.slant * (low - y) / 2, over = unit * 0.2, cx = (x + right) / 2;
-    const cut = { kind: 'line', done: (/** @type {Point[]} */ [a, b]) => { stop(); correct({ do: 'split', a, b }, { unnamed: true }); } };
-    if (begin('cut', cut, 'Draw the cut; or move it with ← and →, tilt it with ↑ and ↓, Enter cuts.')) {
+    if (begin('cut', CUT, '')) {
       mode.way = [[cx + lean, y - over], [cx - lean, low + over]];
-      view.draw({ ...cut, start: mode.way });
-      hint.textContent = 'Draw the cut; or move it with ← and →, tilt it with ↑ and ↓; Enter cuts, Esc leaves it.';
+      view.draw({ ...CUT, start: mode.way });
+      hint.textContent = KEYS ? 'Draw the cut; or move it with ← and →, tilt it with ↑ and ↓; Enter cuts, Esc leaves it.' : 'Draw the cut; the button again leaves it.';
     }
   }
   function moveCut(/** @type {string} */ key, /** @type {number} */ step) {
     if (!mode) return;
     const by = /** @type {Record<string, number[]>} */ ({ ArrowLeft: [-step, -step], ArrowRight: [step, step], ArrowUp: [step, -step], ArrowDown: [-step, step] })[key];
     mode.way = mode.way.map((/** @type {Point} */ [x, y], /** @type {number} */ end) => [x + by[end], y]);
-    view.draw({ kind: 'line', start: mode.way, done: (/** @type {Point[]} */ [a, b]) => { stop(); correct({ do: 'split', a, b }, { unnamed: true }); } });
+    view.draw({ ...CUT, start: mode.way });
   }
   function beginOutline() {
     if (!here()?.letter) { refusal.textContent = 'This has no name yet: type its letter.'; return; }
@@ -355,7 +358,8 @@ export async function show(main, shared, [name, number = '0']) {
     const arrow = pressedKey.startsWith('Arrow');
     if (pressedKey === 'Escape') stop();
     else if (mode.way && arrow) moveCut(pressedKey, (event.shiftKey ? 8 : 2));
-    else if (mode.way && pressedKey === 'Enter') { const [a, b] = mode.way; stop(); correct({ do: 'split', a, b }, { unnamed: true }); } else if (mode.base && (pressedKey === 'ArrowUp' || pressedKey === 'ArrowDown')) {
+    else if (mode.way && pressedKey === 'Enter') CUT.done(mode.way);
+    else if (mode.base && (pressedKey === 'ArrowUp' || pressedKey === 'ArrowDown')) {
       const by = (pressedKey === 'ArrowUp' ? -1 : 1) * unit * 0.05;
       if (!event.shiftKey) mode.base.a[1] += by;
       mode.base.b[1] += by;
@@ -432,7 +436,8 @@ export async function show(main, shared, [name, number = '0']) {
       folded('Ink and paper', h('div', { class: 'keys' }, tools.get('paper'), tools.get('ink'), tools.get('printed')), field('Width of the brush', brush)),
       kept, learn, work, trying, folded('Another handwriting, another page', chooser(hands, name), field('Page', pages)))));
   view.letters(letters);
-  const [first] = doubts();
+  const half = drafts.formValues(form), begun = half.page === page ? letters.find((letter) => apart(letter.spot, half.spot) <= 1) : null;
+  const first = begun || doubts()[0];
   view.look(first ? middle(first) : [sheet.width / 2, sheet.height / 4], view.near(NEAR));
   choose(first ? indexOf(first.id) : 0);
   view.svg.focus();

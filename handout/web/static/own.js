@@ -25,7 +25,7 @@ function reader(made, own, typed, signal) {
   const go = h('button', { class: 'main' }, 'Read my handwriting');
   const { line, run } = progress();
   const scans = /** @type {Scan[]} */ ([]), texts = typed.texts || {}; // name of a file → what was typed of it, until it is read
-  const drop = picker('Photographs or scans', 'Drop them here: JPEG, PNG, TIFF or PDF; or a .hand file that was saved.', { multiple: true, accept: TAKEN }, async (files) => {
+  const drop = picker('Photographs or scans', 'Drop them here: JPEG, PNG, TIFF or PDF, scans at 300 dots per inch; or a handwriting that you saved from here.', { multiple: true, accept: TAKEN }, async (files) => {
     wrong.textContent = '';
     for (const file of files) await run(async (heard, own_) => { heard({ share: 0, stage: `sending ${file.name}` }); add({ id: await upload(file, own_), name: file.name }); }).catch((error) => { wrong.textContent = error.message; });
   });
@@ -71,7 +71,7 @@ function reader(made, own, typed, signal) {
   async function submit(/** @type {Event} */ event) {
     event.preventDefault();
     wrong.textContent = '';
-    if (scans.length) await finished(read); else wrong.textContent = 'Give a photograph, a scan or a .hand file first.';
+    if (scans.length) await finished(read); else wrong.textContent = 'Give a photograph or a scan first.';
   }
   /** @param {(heard: Heard, signal: AbortSignal) => Promise<{facts: any, said?: string[]}>} work */
   async function finished(work) {
@@ -97,9 +97,9 @@ function reader(made, own, typed, signal) {
   into.addEventListener('change', chosen); chosen();
   if (typed.reading) request('GET', `/api/tasks/${typed.reading}`).then((begun) => finished((heard, own_) => heardOut(begun, heard, own_)), () => keep({ reading: undefined }));
   return h('form', { onsubmit: submit, class: 'step', 'aria-label': 'A new handwriting' }, h('h1', {}, 'Photograph what you wrote'),
-    h('p', { class: 'quiet' }, 'From above, in daylight, all four corners in the picture; or scan it at 300 dpi. Then give the pictures here.'),
+    h('p', { class: 'quiet' }, 'From above, in daylight, all four corners in the picture; or scan it. Then give the pictures here.'),
     drop, phone, list, h('div', { class: 'grid' }, nameField, own.length ? field('They become', into) : ''),
-    more('More', h('div', { class: 'grid' }, field('Dots per inch of the scans', dpi)), keeping), wrong, unkept, h('div', { class: 'row' }, go), line);
+    more('More', h('div', { class: 'grid' }, field('Dots per inch of the scans, if the file does not say', dpi)), keeping), wrong, unkept, h('div', { class: 'row' }, go), line);
 }
 
 function sheets(/** @type {Hand[]} */ hands, /** @type {{printed: boolean, written: () => void}} */ { printed, written }, /** @type {Onward} */ onward) {

@@ -11,7 +11,7 @@ import { ARROWS, button as plain, choice, field, h, handChoice, more, picker, re
 
 const FIRST = { targets: [[24, 62], [40, 34], [50, 74], [64, 38], [76, 72], [94, 40], [104, 66], [126, 46]], up: [], own: null, page: [148, 105] };
 const FORMATS = { toml: 'The style (TOML)', targets: 'Its points (JSON)', svg: 'SVG', pdf: 'PDF', png: 'PNG', inkml: 'InkML', json: 'Drawing (JSON)' };
-const INNER = ['Path', 'Ellipses', 'Guide']; // groups for those who know how movement is modelled
+const INNER = ['Broken strokes', 'Path', 'Ellipses', 'Guide']; // groups for those who know how movement is modelled
 const FAINT = '#31457a';
 /** @type {Record<string, number>} */
 const NEAR = { mouse: 10, pen: 14, touch: 24 }; // pixels within which a handle is taken
@@ -36,7 +36,7 @@ function covarianceOf(/** @type {number[]} */ [one, two, angle]) {
 
 /** The controls of one number, word or list of a style.  @param {Knob} facts @param {any} value @param {(value: any) => void} changed @param {() => void} done */
 function knob(facts, value, changed, done) {
-  const label = facts.unit ? `${facts.label}, ${facts.unit}` : facts.label;
+  const { label } = facts, unit = facts.unit ? h('span', { class: 'inner' }, `, ${facts.unit}`) : '';
   if (facts.options) {
     const select = choice(facts.options.map(([one]) => String(one)), Object.fromEntries(facts.options.map(([one, said]) => [String(one), said])));
     select.value = String(value);
@@ -53,7 +53,7 @@ function knob(facts, value, changed, done) {
     const named = values.length > 1 ? `${label}, ${at ? 'second' : 'first'}` : label;
     const steps = (facts.high - facts.low) / 200;
     const range = h('input', { type: 'range', min: facts.low, max: facts.high, step: steps, value: one });
-    const number = h('input', { type: 'number', min: facts.least, max: facts.most, step: 'any', value: tidy(one), 'aria-label': `${named}, typed` });
+    const number = h('input', { type: 'number', min: facts.least, max: facts.most, step: 'any', value: tidy(one), class: 'inner', 'aria-label': `${named}, typed` });
     const take = (/** @type {number} */ now, /** @type {HTMLInputElement} */ other) => {
       if (!Number.isFinite(now)) return;
       values[at] = now; other.value = String(now);
@@ -62,7 +62,7 @@ function knob(facts, value, changed, done) {
     range.addEventListener('input', () => take(tidy(Number(range.value)), number));
     number.addEventListener('input', () => { if (number.value !== '' && number.checkValidity()) take(Number(number.value), range); });
     for (const control of [range, number]) control.addEventListener('change', done);
-    const row = field(named, range);
+    const row = field(unit ? [named, unit.cloneNode(true)] : named, range);
     row.append(number);
     return row;
   }));
@@ -77,7 +77,7 @@ export async function show(main, shared, [wanted]) {
 
   const refusal = refusals(), unkept = refusals();
   const told = h('p', { class: 'quiet', 'aria-live': 'polite' });
-  const figures = h('p', { class: 'quiet figures' });
+  const figures = h('p', { class: 'quiet inner' });
   const overlay = s('svg', { tabindex: 0, role: 'application', 'aria-label': 'Points; keys move the one that is chosen', 'aria-describedby': 'style-keys' });
   const ink = surface('', paintInk), graph = surface('Speed of the pen over time', paintSpeed), line = surface('The word in this style', paintWord);
   const stage = h('div', { class: 'stage-ink' }, ink.canvas, overlay);
@@ -151,6 +151,7 @@ export async function show(main, shared, [wanted]) {
 
   /** Ends of the axes that are dragged, far enough from the target to be told from it. */
   function handles() {
+    if (!fine.checked) return [];
     const [x, y] = plan.targets[picked] || [], least = 26 / scale();
     return ends().map(([hx, hy]) => {
       const grip = Math.max(1, least / Math.max(Math.hypot(hx - x, hy - y), 1e-9));
@@ -430,7 +431,7 @@ export async function show(main, shared, [wanted]) {
 
   const button = (/** @type {string} */ label, /** @type {() => any} */ onclick, others = {}) => plain(label, onclick, false, others);
   const undo = button('Undo', () => step(past, future), { disabled: true }), redo = button('Redo', () => step(future, past), { disabled: true });
-  const adder = button('Add', () => {
+  const adder = button('Add a point', () => {
     adding = !adding;
     adder.setAttribute('aria-pressed', String(adding)); overlay.classList.toggle('adding', adding);
     say(adding ? 'A tap or click adds a point after the chosen one.' : 'Points are dragged again.');
@@ -479,17 +480,18 @@ export async function show(main, shared, [wanted]) {
     done();
   });
 
+  const [fineLabel, fine] = tick('Show numbers, ellipses and the speed of the pen', { onchange: () => { shownFine(); paint(); graph.again(); } });
+  const shownFine = () => main.classList.toggle('fine', fine.checked);
   const groups = h('div', { class: 'knobs' });
   function knobs() {
     const open = new Set([.../** @type {NodeListOf<HTMLElement>} */ (groups.querySelectorAll('details[open]'))].map((one) => one.dataset.name));
     if (groups.contains(document.activeElement)) return;
     const drawn = facts.groups.map((/** @type {{name: string, seen_in: string, knobs: Knob[]}} */ group, /** @type {number} */ at) => h(
-      'details', { open: groups.children.length ? open.has(group.name) : at === 0, 'data-name': group.name },
+      'details', { class: INNER.includes(group.name) ? 'inner' : undefined, open: groups.children.length ? open.has(group.name) : at === 0, 'data-name': group.name },
       h('summary', {}, group.name, group.seen_in === 'word' ? h('span', { class: 'quiet' }, ' – seen in the word') : ''),
       group.knobs.map((one) => knob(one, style.values[one.key] ?? one.usual, (value) => { style.values[one.key] = value; solve(); soonWord(); }, done)),
     ));
-    const inner = (/** @type {HTMLElement} */ one) => INNER.includes(one.dataset.name ?? '');
-    groups.replaceChildren(...drawn.filter((/** @type {HTMLElement} */ one) => !inner(one)), h('details', { 'data-name': 'More', open: open.has('More') }, h('summary', {}, 'More'), drawn.filter(inner)));
+    groups.replaceChildren(...drawn);
   }
 
   const name = h('input', { autocomplete: 'off', pattern: '[\\w\\-]{1,80}', title: 'Letters, digits, - and _' });
@@ -537,14 +539,15 @@ export async function show(main, shared, [wanted]) {
   const word = h('input', { value: 'minimum', maxlength: 40, autocomplete: 'off' });
   const hand = handChoice(shared.choices.hands.filter((one) => one.drawn));
   hand.value = 'house-print';
-  drafts.remember('word', { word, hand, samples });
+  drafts.remember('word', { word, hand, samples, fine });
+  shownFine();
   const wordNote = h('p', { class: 'quiet', 'aria-live': 'polite' });
   for (const control of [word, hand]) control.addEventListener('input', soonWord);
   function begin(/** @type {Plan} */ next) {
     plan = next; picked = 0;
     fit(); done(); pick(0);
   }
-  const ofWord = button('Take its points below', async () => {
+  const ofWord = button('Draw it below', async () => {
     try {
       const made = await request('POST', '/api/movements/targets', { text: word.value.trim() || 'minimum', hand: hand.value, style: draft() });
       begin({ targets: made.targets, up: made.pen_up, own: null, page: [made.page.width, made.page.height] });
@@ -597,7 +600,8 @@ export async function show(main, shared, [wanted]) {
     if (photo) for (const control of /** @type {NodeListOf<HTMLInputElement>} */ (photoBox.querySelectorAll('input[data-key]'))) if (control !== document.activeElement) control.value = String(tidy(photo[control.dataset.key ?? ''], 2));
   }
 
-  const keys = h('p', { class: 'quiet', id: 'style-keys' }, ...[[',', ' '], ['.', ' choose · '], ['arrows', ' move · '], ['A', ' add · '], ['Del', ' delete · '], ['U', ' lift the pen · '], ['+', ' '], ['−', ' size, '], ['[', ' '], [']', ' turn, '], ['{', ' '], ['}', ' shape of the ellipse']].flatMap(([key, text]) => [h('kbd', {}, key), text]));
+  const caps = (/** @type {string[]} */ [key, text]) => [h('kbd', {}, key), text];
+  const keys = h('p', { class: 'quiet', id: 'style-keys' }, ...[[',', ' '], ['.', ' choose · '], ['arrows', ' move · '], ['A', ' add · '], ['Del', ' delete · '], ['U', ' lift the pen  ']].flatMap(caps), h('span', { class: 'inner' }, [['+', ' '], ['−', ' size, '], ['[', ' '], [']', ' turn, '], ['{', ' '], ['}', ' shape of the ellipse']].flatMap(caps)));
   main.append(h('div', { class: 'style' }, h(
     'section', { class: 'desk', 'aria-label': 'Points' },
     h('section', { class: 'word', 'aria-label': 'A word in this style' }, line.canvas, h('div', { class: 'row' }, field('Word', word), field('Handwriting', hand), ofWord), wordNote),
@@ -608,10 +612,10 @@ export async function show(main, shared, [wanted]) {
     h('h1', {}, 'How the pen moves'), h('p', { class: 'quiet' }, 'Move a slider and see the word change; drag the points to try it on a line of your own. Then keep it: every handwriting can be written in it.'),
     h('div', { class: 'row' }, h('div', { class: 'wide' }, field('Name', name)), plain('Keep the style', keepIt, true)), saveRefusal,
     h('section', {}, groups),
-    h('section', {}, more('The chosen point', aside, h('div', { class: 'row' }, button('Add after it', KEYS.a), button('Delete', remove), lifting), eachLabel, hint),
-      more('Chance', h('div', { class: 'row' }, field('Faint samples', samples), die), still), more('Trace a photograph', photoInput, photoBox),
+    h('section', {}, more('The chosen point', aside, h('div', { class: 'row' }, button('Add after it', KEYS.a), button('Delete', remove), lifting), h('div', { class: 'inner' }, eachLabel, hint)),
+      h('div', { class: 'inner' }, more('Chance', h('div', { class: 'row' }, field('Faint samples', samples), die), still)), more('Trace a photograph', photoInput, photoBox),
       more('Files', h('div', { class: 'row' }, format, download), opener, h('div', { class: 'row after' }, button('Begin anew', () => begin(copy(FIRST)))))),
-    h('section', {}, field('Another style', chooser), h('p', {}, h('a', { href: '#styles' }, 'All styles, side by side'))),
+    h('section', {}, more('More', fineLabel), field('Another style', chooser), h('p', {}, h('a', { href: '#styles' }, 'All styles, side by side'))),
   )));
 
   const watcher = new ResizeObserver(() => {

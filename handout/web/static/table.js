@@ -3,7 +3,7 @@
 /** @import { Batch, Machines, Row, Show, Table } from './types' */
 import { blob, fileOf, request, task, text as fetched, takeAway, upload } from './api.js';
 import { kept as made } from './kept_table.js';
-import { button, choice, field, grouped, guarded, h, handChoice, machine, more, named, picker, refusal, SIZES, steps, tick } from './dom.js';
+import { button, choice, field, grouped, guarded, h, handChoice, machine, more, named, picker, printersOf, refusal, SIZES, steps, tick, titled } from './dom.js';
 import * as drafts from './drafts.js';
 import { drawing, picture } from './work.js';
 
@@ -104,7 +104,7 @@ export async function show(main, shared, [name]) {
     }).catch(() => {});
     const [onceLabel, once] = tick('Write only one letter to rows that are the same', { checked: Boolean(draft.once), onchange: guarded(refused, async () => { keep({ once: once.checked }); await look(); draw(); }) });
     return [h('h1', {}, 'Who gets a letter?'),
-      picker(known ? 'Another table' : 'The table', 'Drop it here: CSV or Excel, a row for each letter, the names of the columns on top; or contacts of a phone (vCard).', { accept: TAKEN }, given),
+      picker(known ? 'Another table' : 'The table', 'Drop it here: Excel or CSV, one row for each letter, a heading on top of each column; or contacts of a phone (vCard).', { accept: TAKEN }, given),
       known ? '' : h('div', { class: 'row' }, act('Try it with a sample', sample), h('a', { class: 'button', href: 'sample.csv', download: 'sample.csv' }, 'Save the sample table')),
       refused, unkept,
       known ? [h('h2', {}, draft.name), chips(), rowsTable(), more('More', onceLabel), onward('Next: the letter', 1)] : '', before];
@@ -141,9 +141,7 @@ export async function show(main, shared, [name]) {
     const set = (/** @type {string} */ key) => (/** @type {any} */ event) => { keep({ [key]: event.target.type === 'checkbox' ? event.target.checked : event.target.value }); chosen(); soon(); };
     const pick = (/** @type {string} */ key, /** @type {HTMLSelectElement} */ control) => { if (draft[key]) control.value = draft[key]; if (control.selectedIndex < 0) control.selectedIndex = 0; control.addEventListener('change', set(key)); return control; };
     const hand = pick('hand', handChoice(shared.choices.hands)), page = pick('page', choice(shared.choices.pages, SIZES)), to = pick('to', choice(Object.keys(TO), TO));
-    const printers = [...machines.queues, ...machines.printers.map((one) => one.name).filter((one) => one !== 'printer-pdf')];
-    const printer = pick('printer', choice(printers, Object.fromEntries(machines.printers.map((one) => [one.name, one.title]))));
-    const device = pick('device', choice(machines.plotters.map((one) => one.name), Object.fromEntries(machines.plotters.map((one) => [one.name, one.title]))));
+    const printer = pick('printer', titled(printersOf(machines))), device = pick('device', titled(machines.plotters));
     const [envelopeLabel] = tick('An envelope for each letter', { checked: Boolean(draft.envelopes && !known.no_envelopes), disabled: Boolean(known.no_envelopes), onchange: set('envelopes') });
     const sharing = h('fieldset', {}, h('legend', {}, 'Shared with these printers'), machines.queues.map((queue) => tick(queue, { checked: (draft.queues || []).includes(queue), onchange: (/** @type {any} */ { target }) => keep({ queues: [...(draft.queues || []).filter((/** @type {string} */ one) => one !== queue), ...(target.checked ? [queue] : [])] }) })[0]));
     const printerField = field('Printer', printer), deviceField = field('Plotter', device);
@@ -158,7 +156,7 @@ export async function show(main, shared, [name]) {
   }
 
   /** The page of a row, as the letter is now. */
-  const side = h('figure', { class: 'sheet' }), who = h('span', { class: 'quiet', 'aria-live': 'polite' }), wrong = refusal();
+  const side = h('figure', { class: 'sheet' }), unfilled = refusal(), who = h('span', { class: 'quiet', 'aria-live': 'polite' }), wrong = refusal();
   const asks = h('input', { type: 'number', min: 1, 'aria-label': 'Row', onchange: () => { picked = true; row = known.numbers.find((one) => one >= Number(asks.value)) ?? known.numbers.at(-1); previewed(); } });
   const turn = (/** @type {number} */ by) => {
     picked = true;
@@ -167,11 +165,13 @@ export async function show(main, shared, [name]) {
   };
   const view = h('section', { class: 'desk', 'aria-label': 'The letter of a row' },
     h('div', { class: 'tools' }, h('span', { class: 'quiet', 'aria-hidden': 'true' }, 'Row'), button('‹', () => turn(-1), false, { class: 'icon', 'aria-label': 'Row before' }), asks, button('›', () => turn(1), false, { class: 'icon', 'aria-label': 'Next row' }), who),
-    h('div', { class: 'asks' }, wrong), h('div', { class: 'paper', tabindex: 0, 'aria-label': 'The page, to scroll' }, side));
+    h('div', { class: 'asks' }, wrong, unfilled), h('div', { class: 'paper', tabindex: 0, 'aria-label': 'The page, to scroll' }, side));
   /** The letter of a row: the first of its pages at once, and when typing rests all, which are counted. */
   async function previewed(all = false) {
     clearTimeout(waiting);
     showing?.abort();
+    const [typo] = draft.letter.match(/«\S[^«»]*»/g) || []; // a quotation of French letters has spaces within
+    unfilled.textContent = typo ? `${typo} is no column of the table, and would be written as it stands. Its columns are ${known.columns.map((one) => `«${plain(one.name)}»`).join(', ')}.` : '';
     const own = showing = new AbortController();
     row = known.numbers.includes(row ?? 0) ? row : (known.rows.find((one) => !one.why.length) ?? known.rows[0])?.row; // first one that is as it should be
     asks.value = String(row ?? ''); who.textContent = `${known.rows.find((one) => one.row === row)?.called ?? ''}`;

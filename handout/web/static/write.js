@@ -5,7 +5,7 @@
 /** @typedef {{text: HTMLTextAreaElement, kind: HTMLSelectElement, hand: HTMLSelectElement, [name: string]: any}} Controls */
 import { request, task, blob, text as fetched, fileOf, stillThere, takeAway, upload } from './api.js';
 import * as drafts from './drafts.js';
-import { button, choice, field, guarded, h, handChoice, machine, picker, refusal as refusals, s, save, say, SIZES, tick } from './dom.js';
+import { button, choice, field, guarded, h, handChoice, machine, picker, printersOf, refusal as refusals, s, save, say, SIZES, tick, titled } from './dom.js';
 import { appear, play } from './replay.js';
 import { marks, moved } from './marks.js';
 import { drawing, picture, progress } from './work.js';
@@ -32,7 +32,6 @@ const clock = (/** @type {number} */ seconds) => (seconds < 90 ? `${Math.round(s
 
 /** The controls by name, filled with what was chosen last.  @param {Choices} choices @param {any} kept */
 function controls(choices, kept) {
-  const plotters = choices.plotters.map((plotter) => plotter.name);
   /** @type {Controls} */
   const made = {
     text: h('textarea', { spellcheck: 'true', maxlength: 100000 }),
@@ -51,7 +50,7 @@ function controls(choices, kept) {
     language: choice(['en', 'bg', 'sr'], { en: 'as everywhere', bg: 'as in Bulgarian', sr: 'as in Serbian' }),
     slips: h('input', { type: 'number', min: 0, max: 100, step: 1, value: 0 }),
     seed: h('input', { type: 'number', min: 0, step: 1, value: random() }),
-    device: choice(['', ...plotters], { '': 'a common one', ...Object.fromEntries(choices.plotters.map((p) => [p.name, p.title])) }),
+    device: titled(choices.plotters, { '': 'a common one' }),
     format: choice(Object.keys(FORMATS), FORMATS),
   };
   const first = /** @type {Record<string, string>} */ ({ text: FIRST, page: 'A6', hand: 'house-joined' });
@@ -118,7 +117,6 @@ export async function show(main, shared, [hand]) {
   const kept = { ...await drafts.kept('draft'), ...(hand ? { hand, rewritten: [] } : {}) };
   for (const [name, id] of kept.pictures || []) if (kept.text.includes(`](${name})`)) sent.set(name, id); else takeAway(id);
   if (hand) history.replaceState(null, '', '#write'); // once: another hand that is chosen here stays when the page is loaded anew
-  const machines = Object.fromEntries(shared.choices.plotters.map((one) => [one.name, one.title]));
   const made = controls(shared.choices, kept);
   const [fallback, lend] = tick('Lend letters that the hand lacks', { checked: kept.fallback ?? true });
   const [fitting, fit] = tick('Write smaller what does not fit', { checked: kept.fit ?? false });
@@ -241,13 +239,14 @@ export async function show(main, shared, [hand]) {
     const focused = Boolean(sheet.querySelector('.marks')?.contains(document.activeElement));
     if (element instanceof SVGSVGElement) appear(element, sheet.querySelector('svg:not(.marks)'));
     sheet.replaceChildren(element);
+    sheet.dataset.version = String(facts.seed);
     last = done;
     overlaid(focused);
     place.textContent = pages > 1 ? `page ${page + 1} of ${pages}` : 'one page';
     pager.hidden = pages === 1; back.disabled = page === 0; on.disabled = page >= pages - 1;
     const sentences = told(facts, done.said);
     if (rewritten.size) sentences.push(`Written again: ${(facts.words || []).filter((word) => rewritten.has(word.at)).map((word) => `“${word.word}”`).join(', ')}. All other words are kept.`);
-    const figures = facts.page ? [] : [plural(facts.lines, 'line'), facts.strokes ? `${clock(facts.duration_s)} by hand` : '', `version ${facts.seed}`];
+    const figures = facts.page ? [] : [plural(facts.lines, 'line'), facts.strokes ? `${clock(facts.duration_s)} by hand` : ''];
     const known = facts.page ? notes.querySelector('p') : h('p', { class: 'quiet' }, figures.filter(Boolean).join(' · '));
     notes.replaceChildren(known || '', offer(), sentences.length ? h('ul', {}, sentences.map((one) => h('li', {}, one))) : '');
   }
@@ -423,8 +422,8 @@ export async function show(main, shared, [hand]) {
       }, h('h3', {}, title), h('p', { class: 'quiet' }, about), fields, h('div', { class: 'row' }, go));
     };
     const before = machine();
-    const device = choice(Object.keys(machines), machines), copies = h('input', { type: 'number', min: 1, max: 100, value: 1 });
-    if (before.device in machines) device.value = before.device;
+    const device = titled(shared.choices.plotters), copies = h('input', { type: 'number', min: 1, max: 100, value: 1 });
+    if (shared.choices.plotters.some(({ name }) => name === before.device)) device.value = before.device;
     const printer = h('select', { required: true }, h('option', { value: '' }, 'Looking for printers …'));
     const [inksLabel, inks] = tick('A pen for each ink'); // a letter file may have several
     drafts.remember('make', { copies, inks });
@@ -446,11 +445,7 @@ export async function show(main, shared, [hand]) {
     dialog.addEventListener('close', () => { dialog.remove(); keep(); });
     document.body.append(dialog);
     dialog.showModal();
-    request('GET', '/api/machines').then((/** @type {Machines} */ { queues, printers }) => {
-      const titles = Object.fromEntries(printers.map((one) => [one.name, one.title]));
-      const names = [...queues, ...printers.map((one) => one.name).filter((name) => name !== 'printer-pdf')];
-      printer.replaceChildren(...names.map((name) => h('option', { value: name }, titles[name] ?? name)));
-    }).catch((error) => { wrong.textContent = error.message; });
+    request('GET', '/api/machines').then((/** @type {Machines} */ machines) => { printer.replaceChildren(...titled(printersOf(machines)).children); }).catch((error) => { wrong.textContent = error.message; });
   }
 
   form.addEventListener('submit', (event) => event.preventDefault());
