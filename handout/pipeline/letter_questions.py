@@ -12,6 +12,7 @@ Source: own method.
 from __future__ import annotations
 
 import string
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
@@ -122,22 +123,30 @@ def ask_letters(hand: ScannedHand, most: int) -> list[LetterQuestion]:
         return []
     features = glyph_features(hand)
     features = (features - features.mean(axis=0)) / np.maximum(features.std(axis=0), 1e-9)
-    questions: list[LetterQuestion] = []
     usual, unclear = float(np.mean([use.wrong for use in uses])), unclear_letters(hand)
+    questions = list[LetterQuestion]()
     for letter in sorted({hand.glyphs[use.glyph].letter for use in uses}):
         numbers = hand.numbers_of_letter(letter)
         written = [use for use in uses if hand.glyphs[use.glyph].letter == letter]
         for group in [np.arange(len(numbers))] if letter in unclear else _group_likes(features[numbers]):
-            likes = set(numbers[group].tolist())
-            here = sorted((use for use in written if use.glyph in likes), key=lambda use: -use.wrong)
-            if not here:
-                continue
-            times = {number: sum(use.glyph == number for use in here) for number in likes}
-            glyphs = tuple(sorted(likes, key=lambda number: (-times[number], number)))
-            instead = [use.wrong for use in written if use.glyph not in likes] or [usual]
-            wrong = sum(use.wrong for use in here) - len(here) * float(np.mean(instead))
-            questions.append(LetterQuestion(letter, glyphs, wrong, len(here), tuple(_choose_shown(here))))
+            questions += _question(letter, numbers[group].tolist(), written, usual)
     return sorted(questions, key=lambda question: -question.wrong)[:most]
+
+
+def _question(
+    letter: str, likes: Sequence[int], written: Sequence[WrittenUse], usual: float
+) -> Iterator[LetterQuestion]:
+    """What is asked of some glyphs of a letter; nothing if none of them was written.
+
+    written : all uses of the letter; usual : how probably letters read as others on average.
+    """
+    here = sorted((use for use in written if use.glyph in likes), key=lambda use: -use.wrong)
+    if here:
+        times = Counter(use.glyph for use in here)
+        instead = [use.wrong for use in written if use.glyph not in likes] or [usual]
+        wrong = sum(use.wrong for use in here) - len(here) * float(np.mean(instead))
+        glyphs = tuple(sorted(likes, key=lambda number: (-times[number], number)))
+        yield LetterQuestion(letter, glyphs, wrong, len(here), tuple(_choose_shown(here)))
 
 
 def _write_uses(hand: ScannedHand) -> Iterator[WrittenUse]:
