@@ -29,6 +29,14 @@ _BOMS = (
     (b"\xff\xfe", "utf-16", "UTF-16"),
     (b"\xfe\xff", "utf-16", "UTF-16"),
 )
+_DOCUMENTS = (
+    (b"PK\x03\x04", "a Word or Pages document, or a ZIP file"),
+    (b"\xd0\xcf\x11\xe0", "a document of an old Word"),
+    (b"{\\rtf", "a document in RTF"),
+    (b"%PDF-", "a PDF"),
+    (b"\x89PNG", "a picture"),
+    (b"\xff\xd8\xff", "a picture"),
+)
 # codec → name, and how much rarer such files are than those of Windows-1252
 _EIGHT_BIT = {
     "cp1252": ("Windows-1252", 0.0),
@@ -137,6 +145,9 @@ def decode(data: bytes) -> DecodedText:
     utf16 = _utf16(data)
     if utf16 is not None:
         return utf16
+    for head, kind in _DOCUMENTS:
+        if data.startswith(head):
+            raise NoText(f"it is {kind}")
     if re.search(rb"[\x00-\x08\x0e-\x19\x1c-\x1f]", data):
         raise NoText("it holds bytes that no text has")
     try:

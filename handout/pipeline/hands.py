@@ -186,9 +186,9 @@ def read_more(
 
 def _transcript(name: str, data: bytes, listener: Listener) -> tuple[str, str]:
     """The text of a page, and what it is called."""
+    text = decode_text(data[: _MOST_TEXT + 1], name, listener)
     if len(data) > _MOST_TEXT:
         raise InputError(f"{name}: {len(data)} bytes are more than a page holds; give the text of one page.")
-    text = decode_text(data, name, listener)
     if not text.strip():
         raise InputError(f"{name} is empty: give what is written on the page, line by line.")
     return name, text

@@ -159,7 +159,7 @@ def decode_text(data: bytes, name: str, listener: Listener = SILENT) -> str:
         reading = encodings.decode(data)
     except encodings.NoText as error:
         at = f" (line {error.line})" if error.line else ""
-        raise InputError(f"{name} is not text{at}: {error}; save it as UTF-8.") from error
+        raise InputError(f"{name} is not text{at}: {error}; save it as plain text, in UTF-8.") from error
     if reading.guessed:
         listener.note(f"{name} is not UTF-8 and was read as {reading.encoding}: check {reading.example!r}.")
     return reading.text.rstrip("\n")

@@ -111,8 +111,7 @@ def read_rows(path: Path, columns: Sequence[str] = ()) -> Addresses:
     """
     table = _read_table(path, columns)
     records, notes = _records_below(table)
-    made = ((record, address_rows.without_address(n, record.cells, table.columns)) for n, record in records)
-    rows_ = tuple(_add_encoding_warning(row, table.sheet, record) for record, row in made)
+    rows_ = tuple(address_rows.without_address(n, record.cells, table.columns) for n, record in records)
     return Addresses(rows_, notes=(*table.sheet.notes, *table.notes, *notes), columns=tuple(table.columns))
 
 
@@ -189,7 +188,16 @@ def _records_below(table: _Headed) -> tuple[list[tuple[int, TableRecord]], list[
         raise TableError(f"{table.path}: there are no addresses {where}.")
     verb = "is" if len(repeated) == 1 else "are"
     notes = [f"the header comes again in {rows.name_rows(repeated)}, which {verb} skipped"] if repeated else []
-    return records, [*notes, *_unseen_note(records)]
+    return records, [*_encoding_note(table.sheet, records), *notes, *_unseen_note(records)]
+
+
+def _encoding_note(sheet: TableSheet, records: Sequence[tuple[int, TableRecord]]) -> Iterator[str]:
+    """A note on the encoding that was guessed, with some words that show whether it is right."""
+    guessed = (record for _, record in records if sheet.encoding and sheet.odd & set(record.lines))
+    words = dict.fromkeys(word for record in guessed for cell in record.cells for word in cell.split())
+    if accented := [repr(word) for word in words if not word.isascii()]:
+        check = ", ".join(accented[: units.MOST_NAMED])
+        yield f"read as {sheet.encoding} because it is not UTF-8: check the accents in {check}"
 
 
 def _unseen_note(records: Sequence[tuple[int, TableRecord]]) -> Iterator[str]:
@@ -207,10 +215,9 @@ def _build_addresses(
     addressed = []
     for n, record in records:
         try:
-            row = address_rows.row(n, record.cells, table.columns, kind, account)
+            addressed.append(address_rows.row(n, record.cells, table.columns, kind, account))
         except TableError as error:
             raise TableError(f"{table.path}: {error}") from None
-        addressed.append(_add_encoding_warning(row, table.sheet, record))
     addressed, doubts = address_rows.warn_of_codes(addressed, account)
     if not account.has_names and not nameless and any(row.lines for row in addressed):
         raise TableError(_explain_nameless(table))
@@ -246,14 +253,6 @@ def _used_and_unused(
 
 def _column_title(column: Column) -> str:
     return column.header or f"column {column.number}"
-
-
-def _add_encoding_warning(row: TableRow, sheet: TableSheet, record: TableRecord) -> TableRow:
-    accented = next((word for cell in record.cells for word in cell.split() if not word.isascii()), "")
-    if not (sheet.encoding and accented and sheet.odd & set(record.lines)):
-        return row
-    warning = f"read as {sheet.encoding} because it is not UTF-8: check the accents in {accented!r}"
-    return replace(row, warnings=(*row.warnings, warning))
 
 
 def _find_kind(address: str, columns: Sequence[Column]) -> str:

@@ -1,10 +1,11 @@
-"""Contacts files (vCard 3.0 and 4.0), as address books and phones give them: names and addresses become a table.
+"""Contacts files (vCard 2.1, 3.0 and 4.0), as address books and phones give them: names and addresses become a table.
 
-Source: RFC 2426; RFC 6350, §3.4 for what a backslash escapes.
+Source: RFC 2426; RFC 6350, §3.4 for what a backslash escapes; versit, vCard 2.1, 1996.
 """
 
 from __future__ import annotations
 
+import quopri
 import re
 from collections import Counter
 from collections.abc import Iterator, Sequence
@@ -17,6 +18,7 @@ _HEADERS = ("Title", "First name", "Middle name", "Last name", "Suffix", "Compan
 _NAME, _ADDRESS = (3, 1, 2, 0, 4), (6, 7, 8, 9, 10, 11, 12)  # the columns of the parts of N, and of ADR, in their order
 _LAST, _COMPANY = 3, 5
 _LINE = re.compile(r'(?:[\w-]+\.)?(?P<name>[\w-]+)(?P<more>(?:;(?:[^":;]|"[^"]*")*)*):(?P<value>.*)')
+_QUOTED = re.compile(r"^[^:\n]*;[^:\n]*QUOTED-PRINTABLE[^:\n]*:(?:.*=\r?\n)+.*", re.MULTILINE | re.IGNORECASE)  # broken
 _QUIET = frozenset({"VERSION", "FN", "PRODID", "UID", "REV", "KIND", "SORT-STRING", "NAME", "PROFILE"})
 
 
@@ -43,7 +45,7 @@ def read_contacts(text: str) -> tuple[list[list[str]], list[str]]:
     rows, left = [list(_HEADERS)], Counter[str]()
     for card in _cards(text):
         version = next((prop.parts[0] for prop in card if prop.name == "VERSION"), "without a version")
-        if version not in ("3.0", "4.0"):
+        if version not in ("2.1", "3.0", "4.0"):
             raise TableError(f"card {len(rows)} is a vCard {version}: export the contacts as vCard 3.0 or 4.0.")
         row, names = _read_card(card)
         rows.append(row)
@@ -79,6 +81,7 @@ def _read_card(card: Sequence[_Property]) -> tuple[list[str], list[str]]:
 def _cards(text: str) -> Iterator[list[_Property]]:
     """The properties of each card; lines that go on are one, and a value is cut at its semicolons."""
     card: list[_Property] | None = None
+    text = _QUOTED.sub(lambda line: line.group().replace("=\r\n", "").replace("=\n", ""), text)
     for number, line in enumerate(re.split(r"\r\n?|\n", re.sub(r"\r?\n[ \t]", "", text)), 1):
         match = _LINE.fullmatch(line.strip())
         name = match["name"].upper() if match else ""
@@ -88,11 +91,22 @@ def _cards(text: str) -> Iterator[list[_Property]]:
             yield card
             card = None
         elif match and card is not None:
-            card.append(_Property(name, match["more"], _split_value(match["value"], ";" if name != "FN" else "")))
+            parts = _split_value(match["value"], ";" if name != "FN" else "")
+            quoted = "QUOTED-PRINTABLE" in match["more"].upper()
+            card.append(_Property(name, match["more"], tuple(map(_unquote, parts)) if quoted else parts))
         elif line.strip():
             raise TableError(f"line {number} is no line of a contacts file: {line.strip()[:40]!r}.")
     if card is not None:
         raise TableError("the last card is not closed: the file is not whole.")
+
+
+def _unquote(part: str) -> str:
+    """A part of a value in quoted-printable, as phones write vCard 2.1: its bytes are UTF-8, or else Windows-1252."""
+    data = quopri.decodestring(part.encode())
+    try:
+        return " ".join(data.decode().split())
+    except UnicodeDecodeError:
+        return " ".join(data.decode("cp1252", "replace").split())
 
 
 def _split_value(value: str, mark: str) -> tuple[str, ...]:

@@ -11,8 +11,9 @@ import datetime
 import io
 import re
 import zipfile
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -21,6 +22,7 @@ from handout.errors import TableError
 from handout.printing import address, columns, contacts
 
 if TYPE_CHECKING:
+    from openpyxl.cell import Cell, MergedCell
     from openpyxl.worksheet.worksheet import Worksheet
 
 # the first bytes of files that people give by mistake
@@ -187,7 +189,7 @@ def _rate_records(records: Sequence[TableRecord]) -> tuple[int, int, int]:
 
 
 def _read_workbook(path: Path) -> TableSheet:
-    """The first table of the first visible sheet of an .xlsx file that holds anything; its rows keep their numbers."""
+    """The first table of the first visible sheet whose headers are understood, or that holds anything, of an .xlsx."""
     _check_package(path)
     try:
         import openpyxl
@@ -203,17 +205,38 @@ def _read_workbook(path: Path) -> TableSheet:
     full = [sheet for sheet in values.worksheets if any(cell is not None for row in sheet.values for cell in row)]
     if not full:
         raise TableError(f"{path} is empty.")
-    sheet = next((sheet for sheet in full if sheet.sheet_state == "visible"), full[0])
-    left, top, right, bottom = _table_area(sheet)
-    records = [TableRecord([]) for _ in range(top - 1)]
-    places, texts = range(left, right + 1), formulas[sheet.title]
-    records += [TableRecord.from_cells(_row_cells(path, sheet, texts, n, places)) for n in range(top, bottom + 1)]
+    tables = (
+        (sheet, _sheet_records(path, sheet, formulas[sheet.title]))
+        for sheet in [sheet for sheet in full if sheet.sheet_state == "visible"] or full[:1]
+    )
+    sheet, records = _find_addressed(tables)
+    _, top, _, bottom = _table_area(sheet)
     return TableSheet(records, tuple(_workbook_notes(sheet, [other.title for other in full], range(top, bottom + 1))))
 
 
-def _row_cells(path: Path, sheet: Worksheet, formulas: Worksheet, row: int, places: range) -> list[str]:
-    """The cells of a row as they are shown; a formula has to have a result."""
-    cells = [sheet.cell(row, place) for place in places]
+def _find_addressed(tables: Iterator[tuple[Worksheet, list[TableRecord]]]) -> tuple[Worksheet, list[TableRecord]]:
+    """The first sheet of which several headers are understood, and its rows; the first of all where there is none."""
+    first = next(tables)
+    return next((table for table in chain([first], tables) if _rate_records(table[1])[0] > 1), first)
+
+
+def _sheet_records(path: Path, sheet: Worksheet, formulas: Worksheet) -> list[TableRecord]:
+    """The rows of a sheet's first table, by their numbers; what is merged down several rows is said in each of them."""
+    left, top, right, bottom = _table_area(sheet)
+    merged = {
+        (row, area.min_col): area.min_row
+        for area in sheet.merged_cells.ranges
+        for row in range(area.min_row, area.max_row + 1)
+    }
+    records = [TableRecord([]) for _ in range(top - 1)]
+    for row in range(top, bottom + 1):
+        cells = [sheet.cell(merged.get((row, place), row), place) for place in range(left, right + 1)]
+        records.append(TableRecord.from_cells(_shown_cells(path, sheet, formulas, cells)))
+    return records
+
+
+def _shown_cells(path: Path, sheet: Worksheet, formulas: Worksheet, cells: Sequence[Cell | MergedCell]) -> list[str]:
+    """Cells as they are shown; a formula has to have a result."""
     for cell in cells:
         if cell.value is None and formulas[cell.coordinate].data_type == "f":
             raise TableError(

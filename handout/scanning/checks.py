@@ -35,6 +35,7 @@ LEAST_DPI, MOST_DPI = 100.0, 2400.0  # below, strokes have no width to measure; 
 _ROUNDED = 0.5  # dpi: PNG counts whole pixels a metre
 _LONGEST_SIDE = 610.0  # mm: two sheets of A3
 _SHEETS = ("A4", "Letter")  # whose width a scan is compared with
+_SHAPES, _ALIKE = ("A4", "Letter", "A5", "A6", "A3"), 0.04  # of photographed sheets; ratios of sides that tell them
 _SCANNER_DPI = (200, 300, 400, 600, 1200)  # that scanners offer
 LEAST_STROKE = 2.0  # pixels: of a thinner stroke neither radius nor density can be measured
 _FINEST_PEN = 0.1  # mm: technical pens start there
@@ -93,16 +94,37 @@ def check_dpi(dpi: float | None) -> None:
         )
 
 
+def has_plausible_dpi(picture: FilePicture) -> bool:
+    """Whether the file's own resolution can be a scanner's."""
+    dpi, longest = picture.own or 0.0, max(picture.rgb.shape[:2])
+    return LEAST_DPI - _ROUNDED <= dpi <= MOST_DPI and longest / dpi * 25.4 <= _LONGEST_SIDE
+
+
 def plausible_dpi(picture: FilePicture) -> float:
     """The file's own resolution, if it can be a scanner's; otherwise a question."""
     dpi, (height, width) = picture.own, picture.rgb.shape[:2]
-    longest = max(width, height) / dpi * 25.4 if dpi else np.inf
-    if dpi and LEAST_DPI - _ROUNDED <= dpi <= MOST_DPI and longest <= _LONGEST_SIDE:
+    if dpi and has_plausible_dpi(picture):
         return dpi
     problem = f"says {dpi:g} dpi, which is not a scan's" if dpi else "does not say its resolution"
     if picture.photographed:
         problem = f"is a photograph and {problem}"
     raise InputError(f"{picture.source} {problem}: give it with --dpi{_dpi_hint(width, height)}.")
+
+
+def likely_dpi(shape: tuple[int, ...], x_height: float | None = None) -> float:
+    """Pixels an inch of a picture (h, w) that says none: those of a standard sheet of its shape, or by its letters.
+
+    x_height : of its small letters, pixels, where it is known; a sheet on which they would be half as high as usual, or
+        twice as high, is another one.
+    """
+    short, long = sorted(shape[:2])
+    sizes = [sorted((sheet.width, sheet.height)) for sheet in map(page, _SHAPES)]
+    sheets = [25.4 * long / size[1] for size in sizes if abs(long / short * size[0] / size[1] - 1) < _ALIKE]
+    if x_height is None:
+        return min(max([*sheets, 25.4 * long / page(_SHAPES[0]).height][0], LEAST_DPI), MOST_DPI)
+    by_letters = 25.4 * x_height / _USUAL_X_HEIGHT
+    far = {dpi: abs(float(np.log(dpi / max(by_letters, 1.0)))) for dpi in sheets}
+    return min((dpi for dpi in sheets if far[dpi] < np.log(2)), key=far.__getitem__, default=by_letters)
 
 
 def _dpi_hint(width: int, height: int) -> str:
@@ -147,7 +169,7 @@ def refuse_bad_strokes(strokes: bool, width: float, source: str) -> None:
 
 def refuse_false_resolution(stroke: float, scan: Scan) -> None:
     """Raise InputError if strokes of that width, pixels, would be thinner than any pen's, were the resolution true."""
-    if not 0 < stroke * scan.pixel < _FINEST_PEN or stroke >= LEAST_STROKE:
+    if scan.told is None or not 0 < stroke * scan.pixel < _FINEST_PEN or stroke >= LEAST_STROKE:
         return
     raise InputError(
         f"{scan.source}: strokes would be {stroke * scan.pixel:.2f} mm wide, and pens write {_FINEST_PEN:g} or more: "

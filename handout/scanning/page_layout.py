@@ -10,7 +10,8 @@ Source: own method.
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 
@@ -18,9 +19,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.errors import InputError
-from handout.scanning.checks import LEAST_DPI, MOST_DPI
+from handout.scanning.checks import LEAST_DPI, MOST_DPI, has_plausible_dpi
 from handout.scanning.picture_files import is_pdf, read_picture
-from handout.scanning.scan import Scan
+from handout.scanning.scan import FilePicture
 from handout.scanning.text_lines import find_text_lines
 from handout.values import Array
 
@@ -37,6 +38,7 @@ class OutlineSettings:
     beside: int = 6  # pixels to either side of an edge
     straight: float = 2.5  # pixels: how far a side may bend
     angle: float = 2.0  # degrees between opposite sides
+    focal: float = 1.0  # long sides of the picture: of phones 0.7, more where they zoom; 0.75 and 1.2 do the same
 
 
 _OUTLINE = OutlineSettings()
@@ -57,20 +59,26 @@ _GUTTER = GutterSettings()
 _LEANS = np.tan(np.radians(np.arange(-3.0, 3.01, 0.5)))  # of the page on the scanner
 
 
-def refuse_oblique(scan: Scan) -> None:
-    """Raise InputError for a sheet that was photographed at an angle: its opposite sides are not parallel."""
-    sides = outline(np.asarray(scan.rgb))
-    for pair in (sides[0::2], sides[1::2]):
-        one, other = pair
-        if one is None or other is None:
-            continue
-        angle = float(np.degrees(np.arccos(np.clip(abs(float(one[1] @ other[1])), 0, 1))))
-        if angle > _OUTLINE.angle:
-            raise InputError(
-                f"{scan.source} was photographed at an angle: opposite edges of the sheet are {angle:.1f}° apart "
-                f"(at most {_OUTLINE.angle:g}°). Lay it on a scanner, make it flat with a scanning app, or write on a "
-                "sheet of `handout hand prompt`, whose marks make photographs flat."
-            )
+def flat_sheet(picture: FilePicture) -> FilePicture:
+    """The sheet alone, flat, of a picture that is no scan and shows all its sides; any other picture as it is.
+
+    Raises InputError: its opposite sides are not parallel, so that it was photographed at an angle, and not all are to
+    be seen.
+    """
+    sides = outline(picture.rgb)
+    pairs = [(one, other) for one, other in (sides[0::2], sides[1::2]) if one is not None and other is not None]
+    cosines = [abs(float(one[1] @ other[1])) for one, other in pairs]
+    angle = max((float(np.degrees(np.arccos(min(cosine, 1.0)))) for cosine in cosines), default=0.0)
+    oblique = angle > _OUTLINE.angle
+    if len(pairs) == 2 and (oblique or picture.photographed or not has_plausible_dpi(picture)):
+        return replace(picture, rgb=_straighten_sheet(picture.rgb, sides))
+    if oblique:
+        raise InputError(
+            f"{picture.source} was photographed at an angle: opposite edges of the sheet are {angle:.1f}° apart "
+            f"(at most {_OUTLINE.angle:g}°). Photograph it again with all its edges in the picture, on something "
+            "darker, so that it can be made flat; or lay it on a scanner."
+        )
+    return picture
 
 
 def outline(rgb: NDArray[np.uint8]) -> list[Array | None]:
@@ -96,6 +104,9 @@ def outline(rgb: NDArray[np.uint8]) -> list[Array | None]:
     piece = _sheet(lit)
     if piece is None:
         return [None] * 4
+    contour = max(cv2.findContours(piece, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)[0], key=len)
+    piece = np.zeros_like(piece)  # a sheet is convex: what a shadow takes of its side comes back
+    cv2.fillConvexPoly(piece, cv2.convexHull(contour), 1)
     contour = max(cv2.findContours(piece, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)[0], key=len)
     points = contour.reshape(-1, 2).astype(np.float64)
     # the outermost points (4, 2) of the contour along the diagonals, clockwise from the upper left
@@ -288,7 +299,8 @@ def _read_sheet(path: Path, page: int | None, _changed: int) -> GivenSheet:
     if measured and picture.own is not None:
         height, width = (side / picture.own * 25.4 for side in picture.rgb.shape[:2])
         return GivenSheet(label, _read_only(picture.rgb), (width, height))
-    flat = _straighten_sheet(picture.rgb)
+    sides = outline(picture.rgb)
+    flat = None if any(side is None for side in sides) else _straighten_sheet(picture.rgb, sides)
     return GivenSheet(label, _read_only(picture.rgb if flat is None else flat), None, flat is not None)
 
 
@@ -298,21 +310,37 @@ def _read_only(rgb: NDArray[np.uint8]) -> NDArray[np.uint8]:
     return rgb
 
 
-def _straighten_sheet(rgb: NDArray[np.uint8]) -> NDArray[np.uint8] | None:
-    """The sheet alone, (h, w, 3), its sides the edges of the picture; None where its outline is not to be seen."""
+def _straighten_sheet(rgb: NDArray[np.uint8], outlined: Sequence[Array | None]) -> NDArray[np.uint8]:
+    """The sheet alone, (h, w, 3), its sides the edges of the picture; all four of its outline are known."""
     import cv2
 
-    sides = [side for side in outline(rgb) if side is not None]
-    if len(sides) < 4:
-        return None
+    sides = [side for side in outlined if side is not None]
     # the corners, clockwise from the upper left: each where a side meets the one before
     corners = np.array([_meeting_point(sides[k - 1], sides[k]) for k in range(4)])
     lengths = np.linalg.norm(np.roll(corners, -1, axis=0) - corners, axis=1)
-    width, height = round(max(lengths[0], lengths[2])), round(max(lengths[1], lengths[3]))
+    width, height = max(lengths[0], lengths[2]), max(lengths[1], lengths[3])
+    ratio = _true_ratio(corners - np.array([rgb.shape[1], rgb.shape[0]]) / 2, _OUTLINE.focal * max(rgb.shape[:2]))
+    width, height = round(max(width, height * ratio)), round(max(height, width / ratio))
     frame = np.array([(0, 0), (width, 0), (width, height), (0, height)], dtype=np.float32)
     matrix = cv2.getPerspectiveTransform(corners.astype(np.float32), frame)
     flat = cv2.warpPerspective(rgb, matrix, (width, height), flags=cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
     return np.asarray(flat, dtype=np.uint8)
+
+
+def _true_ratio(corners: Array, focal: float) -> float:
+    """Width over height of a rectangle in a photograph.
+
+    corners : (4, 2), clockwise from the upper left, pixels from the middle of the picture.
+    focal : of the camera, pixels.  That it is told by the corners, too, is of no use: paper is never flat.
+
+    Source: Zhang and He, Whiteboard scanning and image enhancement, Digital Signal Processing 17, 2007.
+    """
+    upper_left, upper_right, lower_right, lower_left = np.column_stack([corners, np.full(4, 1.0)])
+    across = np.cross(upper_left, lower_right)
+    n2 = across @ lower_left / (np.cross(upper_right, lower_right) @ lower_left) * upper_right - upper_left
+    n3 = across @ upper_right / (np.cross(lower_left, lower_right) @ upper_right) * lower_left - upper_left
+    scale = np.array([1 / focal, 1 / focal, 1.0])
+    return float(np.linalg.norm(n2 * scale) / np.linalg.norm(n3 * scale))
 
 
 def _meeting_point(a: Array, b: Array) -> Array:

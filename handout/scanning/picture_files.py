@@ -21,6 +21,8 @@ from numpy.typing import NDArray
 from handout.errors import InputError
 from handout.scanning.checks import (
     check_dpi,
+    has_plausible_dpi,
+    likely_dpi,
     page_index,
     plausible_dpi,
     refuse_large,
@@ -223,23 +225,26 @@ def read_scan(path: Path, dpi: float | None = None, page: int | None = None) -> 
     return scan_of(read_picture(Path(path), page), dpi)
 
 
-def scan_of(picture: FilePicture, dpi: float | None = None) -> Scan:
+def scan_of(picture: FilePicture, dpi: float | None = None, *, guess: bool = False) -> Scan:
     """A picture as a scan; above 700 dpi it is reduced to 600, since nothing of a pen's line is finer.
 
     Parameters
     ----------
     dpi : pixels per inch; without it the file's own, if it has a plausible one.
+    guess : whether that of a usual sheet is taken where there is none.
 
     Raises InputError: a resolution that is missing or not plausible, or that makes the page larger than two sheets of
     A3.
     """
     check_dpi(dpi)
-    given_by_user = dpi is not None
-    if dpi is None:
+    told: bool | None = dpi is not None
+    if dpi is not None:
+        refuse_oversize(picture, dpi)
+    elif has_plausible_dpi(picture) or not guess:
         dpi = plausible_dpi(picture)
     else:
-        refuse_oversize(picture, dpi)
-    scan = Scan(picture.rgb, float(dpi), picture.source, told=given_by_user)
+        dpi, told = likely_dpi(picture.rgb.shape), None
+    scan = Scan(picture.rgb, float(dpi), picture.source, told)
     import cv2
 
     if scan.dpi <= _FINE:

@@ -35,14 +35,15 @@ class Scan:
     rgb : (h, w, 3) uint8, device RGB, read-only.
     dpi : pixels per inch.
     source : where it came from, for messages.
-    told : whether the resolution was given by the user (it is believed then) or read from the file.
+    told : whether the resolution was given by the user (it is believed then) or read from the file; None where it is a
+        guess.
     origin : (x, y) of the first pixel in the file's own picture, pixels (not 0 where a border was cut off).
     """
 
     rgb: NDArray[np.uint8]
     dpi: float
     source: str = "the scan"
-    told: bool = True
+    told: bool | None = True
     origin: tuple[int, int] = (0, 0)
 
     __repr__ = one_line

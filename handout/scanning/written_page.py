@@ -82,9 +82,9 @@ class PreparedScan:
     scale: Scale
     erased: int = 0
 
-    def turn_quarters(self, quarters: int) -> PreparedScan:
-        """The page turned anticlockwise by a number of quarter turns."""
-        turned = prepare(self.scan.turn_quarters(quarters))
+    def turn_quarters(self, quarters: int, dpi: float | None = None) -> PreparedScan:
+        """The page turned anticlockwise by a number of quarter turns, or of another resolution."""
+        turned = prepare(replace(self.scan.turn_quarters(quarters), dpi=dpi or self.scan.dpi))
         return replace(turned, erased=self.erased + turned.erased)
 
 

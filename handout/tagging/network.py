@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from handout.alphabet import LETTERS, THIRDS
 from handout.errors import InputError
+from handout.hand.archive import join_bytes
 from handout.networks import Adam, Floats, dropout, log_softmax, one_thread
 from handout.tagging.line_space import COUNT
 
@@ -148,11 +149,10 @@ def load(path: Path) -> RectifierNetwork:
     try:
         with np.load(path, allow_pickle=False) as file:
             letters = str(file["letters"])
-            arrays = {name: file[name].astype(np.float32) for name in file.files if name != "letters"}
-            weights = tuple(arrays[f"weight{i}"] for i in range(_LAYERS))
-            biases = tuple(arrays[f"bias{i}"] for i in range(_LAYERS))
-            rest = [arrays[name] for name in ("log_prior", "widths")]
-            mean, spread = arrays["mean"], arrays["spread"]
+            whole = (join_bytes(file[f"weight{i}"]) * file["steps"][i] for i in range(_LAYERS))
+            weights = tuple(layer.astype(np.float32) for layer in whole)
+            biases = tuple(file[f"bias{i}"].astype(np.float32) for i in range(_LAYERS))
+            mean, spread, *rest = (file[k].astype(np.float32) for k in ("mean", "spread", "log_prior", "widths"))
     except (OSError, EOFError, ValueError, KeyError, zipfile.BadZipFile) as error:
         raise InputError(f"{path} cannot be read as a network of the tagger: {error}.") from error
     if letters != LETTERS or weights[0].shape[0] != COUNT or weights[-1].shape[1] != len(LETTERS) * THIRDS:

@@ -13,7 +13,7 @@ from __future__ import annotations
 import hashlib
 import re
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -26,7 +26,6 @@ from handout.progress import Tell, narrow_reports, silent
 from handout.scanning.checks import check_dpi, source_of
 from handout.scanning.density import Scale, pooled_scale
 from handout.scanning.matting import fill_smooth
-from handout.scanning.page_layout import refuse_oblique
 from handout.scanning.paper import find_paper
 from handout.scanning.picture_files import ENOUGH_DPI, count_pages, read_picture, scan_of
 from handout.scanning.scan import FilePicture, Scan
@@ -38,8 +37,8 @@ from handout.values import Array, Indices, Stroke
 
 if TYPE_CHECKING:
     from handout.prompting.sheet_detection import DetectedSheet
-from handout.scanning.checks import check_writing_size
-from handout.scanning.page_layout import Gutter, find_gutter
+from handout.scanning.checks import check_writing_size, likely_dpi
+from handout.scanning.page_layout import Gutter, find_gutter, flat_sheet
 from handout.scanning.text_lines import TextLines, find_text_lines
 from handout.scanning.written_page import Inked
 from handout.tagging.alignment import REFUSED, refusal, text_breadth, text_fit
@@ -48,6 +47,7 @@ from handout.tagging.transcript import TranscriptLine, read_transcript
 
 _NAMED_PAGES = re.compile(r"(?P<path>.+):(?P<first>\d+)(?:-(?P<last>\d+))?")
 _LOST = 0.3  # share of a text's letters that may be missing on its page
+_UNLIKE = 0.05  # share by which a likelier resolution differs from the guessed one before the page is read again
 _DIFFERENT = 1.02  # how far --dpi may lie from the file's own resolution before it is mentioned
 
 Say = Callable[[str], None]
@@ -165,10 +165,12 @@ def gather_sources(
 
 def _prepare_plain(picture: FilePicture, dpi: float | None, say: Say) -> PreparedScan:
     """A page that is no prompt sheet."""
-    scan = scan_of(picture, dpi)
+    flat = flat_sheet(picture)
+    scan = scan_of(flat, dpi, guess=True)
     if dpi and picture.own and max(dpi, picture.own) > _DIFFERENT * min(dpi, picture.own):
         say(f"  {picture.source} says {picture.own:.0f} dpi; {dpi:g} is believed, as --dpi says.")
-    refuse_oblique(scan)
+    if flat is not picture:
+        say(f"  {picture.source} shows a sheet on something darker: it is cut out and made flat.")
     if picture.photographed:
         say(f"  {picture.source} is a photograph: light and lens bend what it shows; a scan makes a better hand.")
     return prepare(scan)
@@ -227,6 +229,8 @@ def _tag_source(
     if turn:
         say(f"  the page lies {orientation_name(turn)}: turned upright")
         inked = find_ink(source.prepared.turn_quarters(turn), pen, scale=scale)
+    if source.prepared.scan.told is None:
+        inked = _at_likely_size(inked, source.prepared.turn_quarters(turn) if turn else source.prepared, pen, scale)
     tell(_TURNED, "the lines")
     written = finish(inked)
     if source.movements:
@@ -246,6 +250,20 @@ def _tag_source(
     for note in tagged.notes:
         say(f"  {note}")
     return tagged
+
+
+def _at_likely_size(inked: Inked, prepared: PreparedScan, pen: str | None, scale: Scale | None) -> Inked:
+    """A page whose resolution was guessed at the one that its letters make likely, which is told."""
+    scan = inked.prepared.scan
+    x_height = inked.text_lines.x_height / scan.pixel
+    dpi = likely_dpi(scan.shape, x_height) * prepared.scan.dpi / scan.dpi  # of the scan before it was enlarged
+    if x_height and abs(dpi / prepared.scan.dpi - 1) > _UNLIKE:
+        inked = find_ink(prepared.turn_quarters(0, dpi), pen, scale=scale)
+    note = (
+        f"{scan.source}: nothing says its resolution; {inked.prepared.scan.dpi:.0f} dpi are taken, at which its small "
+        f"letters are {inked.text_lines.x_height:.1f} mm high: if they are not, give --dpi."
+    )
+    return replace(inked, notes=(*inked.notes, note))
 
 
 def _refuse_lost(tagged: TaggedPage, lines: str) -> None:

@@ -9,7 +9,6 @@ import argparse
 import io
 import sys
 from collections.abc import Sequence
-from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 
@@ -20,6 +19,7 @@ from handout import atomic
 from handout.alphabet import JUNK, LETTERS, SPACE, THIRDS
 from handout.errors import InputError
 from handout.hand import library
+from handout.hand.archive import split_bytes
 from handout.hand.drawn import Hand
 from handout.networks import Floats
 from handout.prompting import corpus
@@ -125,22 +125,22 @@ def train(
     )
 
 
-def round_weights(trained: network.RectifierNetwork) -> network.RectifierNetwork:
-    """The network with its weights in steps, of which a file keeps little more than a byte each."""
+def round_weights(trained: network.RectifierNetwork) -> tuple[list[Floats], list[np.float32]]:
+    """The weights of each layer in whole steps, of which a file keeps little more than a byte each, and the steps."""
     steps = [np.float32(2.0 ** np.round(np.log2(w.std() / _STEPS))) for w in trained.weights]
-    return replace(
-        trained, weights=tuple(np.rint(w / step) * step for w, step in zip(trained.weights, steps, strict=True))
-    )
+    return [np.rint(w / step) for w, step in zip(trained.weights, steps, strict=True)], steps
 
 
 def save(trained: network.RectifierNetwork, path: Path) -> None:
-    """Write a network as .npz of half precision."""
-    arrays = {f"weight{i}": w for i, w in enumerate(trained.weights)}
+    """Write a network as .npz: its weights in whole steps, the rest of half precision."""
+    arrays = {name: getattr(trained, name) for name in ("mean", "spread", "log_prior", "widths")}
     arrays |= {f"bias{i}": b for i, b in enumerate(trained.biases)}
-    arrays |= {name: getattr(trained, name) for name in ("mean", "spread", "log_prior", "widths")}
-    buffer = io.BytesIO()
     halves = {name: array.astype(np.float16) for name, array in arrays.items()}
-    np.savez_compressed(buffer, allow_pickle=False, **(halves | {"letters": np.array(LETTERS)}))
+    whole, steps = round_weights(trained)
+    weights = {f"weight{i}": split_bytes(w) for i, w in enumerate(whole)}
+    buffer = io.BytesIO()
+    kept = halves | weights | {"steps": np.array(steps), "letters": np.array(LETTERS)}
+    np.savez_compressed(buffer, allow_pickle=False, **kept)
     atomic.write(path, buffer.getvalue())
 
 
@@ -173,7 +173,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     hands = [library.load(name) for name in options.hands]
     rng = np.random.default_rng(options.seed)
     trained = train(hands, sentences, rng, lines=options.lines, epochs=options.epochs, hidden=options.hidden)
-    save(round_weights(trained), options.output)
+    save(trained, options.output)
     test_lines = list(synthetic_lines(hands, sentences, _TEST_LINES, np.random.default_rng(options.seed + 1000)))
     states, letters = accuracy(network.load(options.output), test_lines)
     size = options.output.stat().st_size / 1e6

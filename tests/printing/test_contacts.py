@@ -42,10 +42,23 @@ def test_names_and_addresses_are_read_and_the_rest_is_told(tmp_path):
     assert any("not 1 more" in note for note in table.notes)
 
 
+def test_cards_of_an_older_phone_are_in_quoted_printable():
+    text = (
+        "BEGIN:VCARD\r\nVERSION:2.1\r\nN;CHARSET=UTF-8;ENCODING=QUOTED-PRINTABLE:M=C3=BCller=\r\n;J=C3=B6rg\r\n"
+        "ADR;HOME;ENCODING=QUOTED-PRINTABLE:;;Hof 1=3B links=0D=0A2. Stock;K=F6ln;;50667;\r\n"
+        "PHOTO;ENCODING=BASE64;JPEG:AAA=\r\n\r\nEND:VCARD\r\n"
+    )
+    (header, row), _ = read_contacts(text)
+    assert dict(zip(header, row, strict=True)) == {
+        "First name": "Jörg", "Last name": "Müller", "Street": "Hof 1; links 2. Stock", "City": "Köln",
+        "Postal code": "50667",
+    }  # fmt: skip
+
+
 @pytest.mark.parametrize(
     ("text", "says"),
     [
-        (CARDS.replace("3.0", "2.1"), "card 1 is a vCard 2.1: export"),
+        (CARDS.replace("3.0", "1.0"), "card 1 is a vCard 1.0: export"),
         (CARDS.removesuffix("END:VCARD\n"), "not closed"),
         (CARDS.replace("VERSION:4.0", "what is this"), r"line \d+ is no line"),
     ],

@@ -53,6 +53,19 @@ def test_the_table_is_found_where_it_stands(tmp_path):
     )
 
 
+def test_a_cover_is_passed_over_and_merged_cells_are_said_in_each_row(tmp_path):
+    made, path = book(tmp_path, [["Wedding of Ada and Ben"]], title="Cover")
+    table = made.create_sheet("Guests")
+    for row in (["Name", "Street", "City"], ["Ada", "1 Lane", "Ely"], ["Bob", None, None]):
+        table.append(row)
+    table.merge_cells("B2:B3")
+    table.merge_cells("C2:C3")
+    made.save(path)
+    found = read_addresses(path)
+    assert [row.lines for row in found] == [("Ada", "1 Lane", "Ely"), ("Bob", "1 Lane", "Ely")]
+    assert found.notes == ("the sheet 'Guests' is read, not 'Cover'",)
+
+
 def test_a_table_that_the_sheet_defines(tmp_path):
     from openpyxl.worksheet.table import Table
 

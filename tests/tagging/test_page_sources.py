@@ -8,6 +8,8 @@ import pytest
 from PIL import Image
 
 from handout.errors import InputError
+from handout.scanning.checks import likely_dpi
+from handout.scanning.written_page import find_ink, prepare
 from handout.tagging import page_sources
 from handout.tagging.glyph_extraction import Missing
 from handout.tagging.page_sources import chosen_pages, common_scale, gather_sources, tagged_pages
@@ -87,6 +89,32 @@ def test_a_photograph_is_spoken_of(small_scan):
     tags.get_ifd(0x8769)[33434] = 0.01
     Image.open(small_scan.scan).save("photo.jpg", exif=tags, dpi=(300, 300), quality=95)
     assert "photo.jpg is a photograph" in gathered(["photo.jpg"], ["a"])[1][0]
+
+
+@pytest.mark.slow
+def test_a_picture_that_does_not_say_its_resolution_gets_that_of_its_letters(small_scan):
+    Image.open(small_scan.scan).convert("RGB").save("silent.png")
+    (source,), _ = gathered(["silent.png"], ["a"])
+    inked = page_sources._at_likely_size(find_ink(source.prepared), source.prepared, None, None)
+    known = find_ink(prepare(small_scan.scan))
+    assert inked.text_lines.x_height == pytest.approx(2.6, abs=0.2)
+    assert len(inked.text_lines.lines) == len(known.text_lines.lines)
+    assert "silent.png: nothing says its resolution" in inked.notes[0] and "give --dpi" in inked.notes[0]
+
+
+@pytest.mark.parametrize(
+    ("shape", "x_height", "dpi"),
+    [
+        ((3508, 2480), None, 300),  # A4
+        ((2480, 3508), 30, 300),
+        ((3508, 2480), 60, 600),  # twice as high on A4: A6
+        ((3300, 2550), 28, 300),  # Letter
+        ((3300, 1000), 20.5, 200),  # no sheet is so narrow: by the letters
+        ((800, 600), None, 100),  # the least that can be
+    ],
+)
+def test_the_likely_resolution_of_a_sheet(shape, x_height, dpi):
+    assert likely_dpi(shape, x_height) == pytest.approx(dpi, rel=0.02)
 
 
 @pytest.fixture(scope="module")
