@@ -28,7 +28,7 @@ class MisreadWeights(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """What log odds count: of the glyph in other words, of its letter, and of the place, as each reader sees it.
 
     told : probability above which a word is told of: 2 of 100 that were read right had more.
-    again : above which it is written again: a quarter had more, among them 60 of 100 that were misread.
+    again : above which it is written again: a tenth had more.
     """
 
     constant: float

@@ -39,7 +39,7 @@ TABLE = Path(__file__).parent / "misread_words.tsv"
 _CHANGED = 0.1  # what a word under a changed text counts; from .1 to .3 nothing changes
 _RIVALS = 5  # letters that are the likeliest in a letter's place, one of which it is changed to
 _FALSE = 0.02  # of words that are read right, how many are told of
-_AGAIN = 0.25  # of all words, how many are written again: they hold 60 of 100 that strangers misread
+_AGAIN = 0.1  # of all words, how many are written again
 _STRENGTH = 0.3  # a variance: how far from 0 weights may be
 _DIGITS = 3
 
