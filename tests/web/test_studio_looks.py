@@ -64,11 +64,17 @@ def states(page, home):
     page.locator("details.more").scroll_into_view_if_needed()
     yield "write-more"
     page.locator("details.more").evaluate("part => part.open = false")
+    page.get_by_label("Kind of text").select_option("letter")
+    text = page.get_by_label("Text", exact=True)
+    text.fill(text.input_value().replace("Ada", "[Ada]{ink=#7c1f2b}"))
+    page.locator(".sheet path[stroke='#7c1f2b'], .sheet [stroke='#7c1f2b'] path").first.wait_for()
     press(page, "Make …")
     page.get_by_text("Looking for").wait_for(state="detached")
+    page.get_by_label("A pen for each ink").check()
     yield "write-make"
     press(page, "Prepare the plot")
     page.locator(".bed .stroke.pale").first.wait_for()
+    page.get_by_text("2 pens").wait_for()
     yield "jobs-laid"
     page.get_by_label("Connected at").select_option("sim:?realtime=1")
     press(page, "Draw", exact=True)
@@ -98,6 +104,10 @@ def states(page, home):
     page.get_by_role("button", name="Approve").wait_for()
     page.locator(".proofs img").nth(9).wait_for()
     yield "table-proof"
+    press(page, "Change it: row 3")
+    page.get_by_label("Gift", exact=True).wait_for()
+    yield "table-change"
+    press(page, "Leave it")
     press(page, re.compile("^Approve"))
     press(page, "Make the PDF")
     page.get_by_role("button", name="Save the PDF").wait_for()

@@ -561,9 +561,10 @@ def test_a_plot_with_three_pens_one_slower_one_left_out_pauses_and_goes_on(page)
         page.mouse.up()
     assert "red" in rows.nth(1).inner_text()
     assert axe(page) == []
-    page.reload()
+    page.get_by_label("Pen: red").fill("the red marker")
+    page.reload()  # while it is typed
     rows.nth(2).wait_for()
-    assert page.get_by_label("Pen: red").input_value() == "the red one", "it is kept"
+    assert page.get_by_label("Pen: red").input_value() == "the red marker", "it is kept"
     page.get_by_label("Connected at").select_option("sim:?realtime=1")
     page.get_by_role("button", name="Draw", exact=True).press("Enter")
     page.locator(".bed .nib:not([hidden])").wait_for()

@@ -4,6 +4,7 @@
 const KEPT = 'handout-key';
 const CLOSED = 'The studio does not answer: it was closed, or its terminal was. Start it again; what was kept is kept.';
 const RESTARTED = 'The studio was started again since: open the link that it printed in its terminal. A page that is open goes on after that.';
+const LASTS = 20000; // characters of what is kept even where its page is left: browsers promise 64 kB
 const AGAIN = [200, 500, 1000, 2000, 4000]; // ms until a stream that broke is asked for anew, each time it breaks
 
 export class Refusal extends Error {
@@ -31,7 +32,7 @@ export async function open() {
 async function answer(method, path, body, headers = {}, signal = undefined) {
   const sent = /** @type {any} */ ({ method, headers: { ...headers, Authorization: `Bearer ${key() || ''}` }, signal });
   if (body instanceof Blob) sent.body = body;
-  else if (body !== undefined) { sent.body = JSON.stringify(body); sent.headers['Content-Type'] = 'application/json'; }
+  else if (body !== undefined) { sent.body = JSON.stringify(body); sent.headers['Content-Type'] = 'application/json'; sent.keepalive = method === 'PUT' && sent.body.length < LASTS; }
   let got;
   try {
     got = await fetch(path, sent);

@@ -1,6 +1,6 @@
 // Elements, made without any HTML in text: what a hand or a file is called cannot become markup.
 
-/** @import { Child, Hand, Machines, Named, Properties } from './types' */
+/** @import { Batch, Child, Hand, Machines, Named, Plot, Properties } from './types' */
 const SVG = 'http://www.w3.org/2000/svg';
 
 /** @template {Element} E @param {E} element @param {Properties | undefined} properties @param {Child[]} children @returns {E} */
@@ -55,6 +55,19 @@ export function tick(label, properties) {
 
 export function choice(/** @type {string[]} */ names_, /** @type {Record<string, string>} */ labels = {}) {
   return h('select', {}, names_.map((name) => h('option', { value: name }, labels[name] ?? name)));
+}
+
+/** @type {Record<string, string>} */
+const STATES = { new: 'no proof yet', proofed: 'waits for your approval', approved: 'approved, not made', 'broken off': 'stopped on the way', done: 'done' };
+
+/** What has become of a table with its letter; `made` are those that are made now.  @param {Batch} one @param {Record<string, string>} made */
+export const batchState = (one, made) => (one.batch in made ? 'being made' : STATES[one.state]);
+
+/** The same of a plot.  @param {Plot} plot @param {Record<string, string>} drawn */
+export function plotState(plot, drawn) {
+  if (plot.job in drawn) return 'being drawn';
+  if (plot.finished) return 'drawn';
+  return plot.runs.length ? `${Math.min(99, Math.round(100 * plot.drawn_mm / Math.max(plot.pen_down_mm, 1e-9)))} % drawn` : 'waits for the plotter';
 }
 
 /** A choice of what has a name and a title.  @param {Named[]} some @param {Record<string, string>} [first] */

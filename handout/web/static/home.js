@@ -2,7 +2,7 @@
 
 /** @import { Batch, Plot, Show } from './types' */
 import { blob, request } from './api.js';
-import { h, s } from './dom.js';
+import { batchState, h, plotState, s } from './dom.js';
 
 const SHOWN = 4; // of what is not done, the newest
 
@@ -23,8 +23,8 @@ async function begun() {
   const [{ batches, made }, { plots, drawn }] = await Promise.all([request('GET', '/api/batches'), request('GET', '/api/plots')]);
   const open = (/** @type {string} */ id, /** @type {string} */ title, /** @type {string} */ what) => h('li', {}, h('a', { class: 'button', href: `#${id}` }, h('span', {}, title), h('span', { class: 'quiet' }, what)));
   return [
-    .../** @type {Batch[]} */ (batches).filter((one) => one.state !== 'done').slice(0, SHOWN).map((one) => open(`table/${one.batch}`, one.title, one.batch in made ? 'is being made' : one.state === 'broken off' ? 'stopped on the way' : 'waits for your approval')),
-    .../** @type {Plot[]} */ (plots).filter((one) => !one.finished).slice(0, SHOWN).map((one) => open(`jobs/${one.job}`, one.title || one.job, one.job in drawn ? 'is being drawn' : one.runs.length ? 'stopped on the way' : 'waits for the plotter')),
+    .../** @type {Batch[]} */ (batches).filter((one) => one.state !== 'done').slice(0, SHOWN).map((one) => open(`table/${one.batch}`, one.title, batchState(one, made))),
+    .../** @type {Plot[]} */ (plots).filter((one) => !one.finished).slice(0, SHOWN).map((one) => open(`jobs/${one.job}`, one.title || one.job, plotState(one, drawn))),
   ];
 }
 

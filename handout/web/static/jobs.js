@@ -6,7 +6,7 @@
 /** @typedef {(quarters: number, x: number, y: number) => Promise<void>} Lay */
 import { follow, request, task, text as fetched } from './api.js';
 import { remember } from './drafts.js';
-import { ARROWS, button, choice, field, guarded, h, inkName, machine as chosenMachine, more, portChoice, refusal as refusals, s, say, tick, titled } from './dom.js';
+import { ARROWS, button, choice, field, guarded, h, inkName, machine as chosenMachine, more, plotState, portChoice, refusal as refusals, s, say, tick, titled } from './dom.js';
 import { alike, inOrder, writtenTo } from './replay.js';
 import { drawing } from './work.js';
 
@@ -19,12 +19,6 @@ const HEX = /#[0-9a-f]{6}\b/gi;
 const metres = (/** @type {number} */ mm) => `${(mm / 1000).toFixed(2)} m`;
 /** What it is called: its first words, whole ones. */
 const named = (/** @type {Plot} */ { title = '', job }) => (title.length > 36 ? `${title.replace(/\s+\S*$/, '')} …` : title) || job;
-
-function state(/** @type {Plot} */ plot, /** @type {Record<string, string>} */ drawn) {
-  if (plot.job in drawn) return 'being drawn';
-  if (plot.finished) return 'drawn';
-  return plot.runs.length ? `${Math.min(99, Math.round(100 * plot.drawn_mm / Math.max(plot.pen_down_mm, 1e-9)))} % drawn` : 'waits';
-}
 
 /** The machine: its port, and its pen moved by hand.  @param {Machines} machines */
 function machine(machines) {
@@ -274,7 +268,7 @@ export async function show(main, shared, [chosen]) {
   }
   /** @param {(string | undefined)[]} lines */
   function sentences(...lines) {
-    told.replaceChildren(...lines.filter(Boolean).map((line) => h('p', {}, line?.replace(HEX, inkName))));
+    told.replaceChildren(...lines.flatMap((line) => (line ? [h('p', {}, `${line[0].toUpperCase()}${line.slice(1)}`.replace(HEX, inkName))] : [])));
   }
   /** Follow a plot that is drawn until it has ended, or this page is left.  @param {string} id */
   async function watch(id) {
@@ -327,7 +321,7 @@ export async function show(main, shared, [chosen]) {
     list.replaceChildren(...plots.map((one) => h('li', {}, h('button', {
       type: 'button', 'aria-current': plot?.job === one.job ? 'true' : undefined, disabled: Boolean(running) && plot?.job !== one.job,
       title: one.job, onclick: guarded(refusal, async () => { await choose(one.job); await listed(); }),
-    }, h('span', {}, named(one)), h('span', { class: 'quiet' }, state(one, drawn))))));
+    }, h('span', {}, named(one)), h('span', { class: 'quiet' }, plotState(one, drawn))))));
     if (!plots.length) list.replaceChildren(h('li', { class: 'quiet' }, 'Nothing waits for the plotter.'));
     return { plots, drawn };
   }

@@ -261,7 +261,7 @@ export async function show(main, shared, [name, number = '0']) {
 
   function beginBase() {
     const row = facts.pages[page].baselines?.[here()?.line ?? 0];
-    if (!row || !begin('base', null, KEYS ? 'Drag the baseline by its ends or at the letter; or ↑ and ↓ move it, with Shift the right end alone. Enter keeps it, Esc leaves it.' : 'Drag the baseline by its ends or at the letter; the button again leaves it.')) return;
+    if (!row || !begin('base', null, KEYS ? 'Drag the line below by its ends or at the letter; or ↑ and ↓ move it, with Shift the right end alone. Enter keeps it, Esc leaves it.' : 'Drag the line below by its ends or at the letter; the button again leaves it.')) return;
     mode.base = { line: here()?.line ?? 0, a: [...row[0]], b: [...row[1]] };
     drawBase();
   }

@@ -55,6 +55,7 @@ try {
   await open();
   if (!key()) throw new Error('Open the link that `handout studio` printed in its terminal: it lets this browser in.');
   await shared.refresh();
+  addEventListener('pagehide', () => /** @type {HTMLElement | null} */ (document.activeElement)?.blur()); // what is typed there counts, as where one goes on
   addEventListener('hashchange', () => show().catch((error) => say(error.message)));
   await show();
 } catch (/** @type {any} */ error) {

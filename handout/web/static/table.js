@@ -3,14 +3,12 @@
 /** @import { Batch, Machines, Row, Show, Table } from './types' */
 import { blob, fileOf, request, task, text as fetched, takeAway, upload } from './api.js';
 import { kept as made } from './kept_table.js';
-import { button, choice, field, grouped, guarded, h, handChoice, machine, more, named, picker, printersOf, refusal, SIZES, steps, tick, titled } from './dom.js';
+import { batchState, button, choice, field, grouped, guarded, h, handChoice, machine, more, named, picker, printersOf, refusal, SIZES, steps, tick, titled } from './dom.js';
 import * as drafts from './drafts.js';
 import { drawing, picture } from './work.js';
 
 const TAKEN = '.csv,.tsv,.txt,.xlsx,.vcf';
 const TO = { pdf: 'a PDF file', printer: 'a printer', plotter: 'a plotter, with a pen' };
-/** @type {Record<string, string>} */
-const STATES = { new: 'no proof yet', proofed: 'waits for your approval', approved: 'approved, not made', 'broken off': 'stopped on the way', done: 'done' };
 const STEPS = ['Table', 'Letter', 'Paper', 'Proof', 'Make'];
 const GAP = /«([^«»,]+)(?:, else ([^«»"]+))?»/g;
 const PAUSE = 100, REST = 500; // ms after the last key until the first page of a row is new, then all of them
@@ -100,7 +98,7 @@ export async function show(main, shared, [name]) {
     const list = h('ul', { class: 'list' }), before = h('section', { hidden: true }, h('h2', {}, 'Kept before'), list);
     request('GET', '/api/batches', undefined, gone.signal).then((/** @type {{batches: Batch[], made: Record<string, string>}} */ { batches, made: now }) => {
       before.hidden = !batches.length;
-      list.replaceChildren(...batches.map((one) => h('li', {}, h('a', { class: 'button', href: `#table/${one.batch}` }, h('span', {}, one.title), h('span', { class: 'quiet' }, one.batch in now ? 'being made' : STATES[one.state])))));
+      list.replaceChildren(...batches.map((one) => h('li', {}, h('a', { class: 'button', href: `#table/${one.batch}` }, h('span', {}, one.title), h('span', { class: 'quiet' }, batchState(one, now))))));
     }).catch(() => {});
     const [onceLabel, once] = tick('Write only one letter to rows that are the same', { checked: Boolean(draft.once), onchange: guarded(refused, async () => { keep({ once: once.checked }); await look(); draw(); }) });
     return [h('h1', {}, 'Who gets a letter?'),

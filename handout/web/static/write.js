@@ -51,9 +51,9 @@ function controls(choices, kept) {
     slips: h('input', { type: 'number', min: 0, max: 100, step: 1, value: 0 }),
     seed: h('input', { type: 'number', min: 0, step: 1, value: random() }),
     device: titled(choices.plotters, { '': 'a common one' }),
-    format: choice(Object.keys(FORMATS), FORMATS),
+    format: h('select', {}, ...choice(['pdf', 'png'], FORMATS).children, h('optgroup', { label: 'For other programs, and plotters' }, ...choice(Object.keys(FORMATS).slice(2), FORMATS).children)),
   };
-  const first = /** @type {Record<string, string>} */ ({ text: FIRST, page: 'A6', hand: 'house-joined' });
+  const first = /** @type {Record<string, string>} */ ({ text: FIRST, page: 'A6', hand: 'house-joined', format: 'pdf' });
   for (const [name, control] of Object.entries(made)) {
     const value = kept[name] ?? first[name];
     if (value === undefined) continue;
@@ -135,7 +135,7 @@ export async function show(main, shared, [hand]) {
         field('Pen', made.pen), h('div', {}, h('label', { for: 'ink' }, 'Ink'), h('div', { class: 'joined' }, made.ink, made.colour)),
         field('Letter height, mm', made.x_height), field('Alignment', made.align), h('div', { class: 'all' }, die)),
       h('details', { class: 'more', open: Boolean(kept.more) }, h('summary', {}, 'More'),
-        h('div', { class: 'grid' }, h('div', {}, h('label', { for: 'variation' }, 'How much letters vary: ', spread), made.variation), field('Style', made.style),
+        h('div', { class: 'grid' }, h('div', { class: 'all' }, h('label', { for: 'variation' }, 'How much letters vary: ', spread), made.variation), field('Style', made.style),
           field('Easier to read than the author writes', made.legible), field('Cyrillic letters', made.language), field('Words struck out, in 100', made.slips), field('Number of the version', made.seed), h('div', { class: 'all' }, fallback), h('div', { class: 'all' }, fitting)))),
   );
   made.text.id = 'text'; made.kind.setAttribute('aria-label', 'Kind of text'); made.ink.id = 'ink'; made.variation.id = 'variation'; made.x_height.title = 'Of small letters, such as x';
@@ -179,6 +179,7 @@ export async function show(main, shared, [hand]) {
     pictures.hidden = made.kind.value !== 'letter';
     made.colour.hidden = made.ink.value !== 'other';
     made.legible.parentElement.hidden = Boolean(quick()); // drawn hands are as legible as they were drawn
+    made.language.parentElement.hidden = !/\p{Script=Cyrillic}/u.test(made.text.value);
     spread.textContent = made.variation.value === '1' ? 'as people vary' : made.variation.value === '0' ? 'none' : made.variation.value;
   }
 
@@ -445,7 +446,7 @@ export async function show(main, shared, [hand]) {
     dialog.addEventListener('close', () => { dialog.remove(); keep(); });
     document.body.append(dialog);
     dialog.showModal();
-    request('GET', '/api/machines').then((/** @type {Machines} */ machines) => { printer.replaceChildren(...titled(printersOf(machines)).children); }).catch((error) => { wrong.textContent = error.message; });
+    request('GET', '/api/machines').then((/** @type {Machines} */ machines) => { printer.replaceChildren(...titled(printersOf(machines)).children); printer.selectedIndex = 0; }).catch((error) => { wrong.textContent = error.message; });
   }
 
   form.addEventListener('submit', (event) => event.preventDefault());
