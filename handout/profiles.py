@@ -9,7 +9,7 @@ from __future__ import annotations
 import difflib
 import re
 from pathlib import Path
-from typing import Literal
+from typing import Annotated, Literal
 
 import msgspec
 
@@ -101,6 +101,19 @@ class PenLift(Table, frozen=True):
     def in_mm(self) -> bool:
         """Whether `up` and `down` are heights, mm."""
         return self.lift in ("z", "stepper")
+
+
+class PenTurn(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """What draws a layer, in the order of the turns; layers without one come behind these, in the drawing's order.
+
+    speed : times that of the plot; pen : what the person calls it, who changes none between layers that share one.
+    out : whether the layer is left out.
+    """
+
+    layer: Annotated[str, msgspec.Meta(max_length=200)]
+    speed: Annotated[float, msgspec.Meta(ge=0.05, le=20)] = 1.0
+    pen: Annotated[str, msgspec.Meta(max_length=60)] = ""
+    out: bool = False
 
 
 class Hpgl(Table, frozen=True):

@@ -39,8 +39,9 @@ os.fsync = _no_sync
 # name service that ippeveprinter needs runs but once on a machine
 _TOGETHER = (
     "calibrating", "colour", "inking/test_brushes.py", "lab/author", "lab/score",
-    "motion/styles/test_seen_manner.py", "printing/test_ippeveprinter.py", "reading", "web",
+    "motion/styles/test_seen_manner.py", "printing/test_ippeveprinter.py", "reading",
     "tagging/test_alignment.py", "tagging/test_page_tagging.py",
+    "web/test_studio", "web",  # in two parts: all of it is longer than a third of the tests
 )  # fmt: skip
 # which parse it once, or build it
 _OF_THE_CODE = ("tests/test_architecture.py", "tests/test_house.py", "tests/test_wheel.py")

@@ -26,7 +26,6 @@ from handout.pipeline.batch_store import (
     REFUSED,
     TESTED,
     TOLD,
-    BatchPlan,
     KeptBatch,
     find_batch,
     folder,
@@ -38,6 +37,7 @@ from handout.pipeline.batch_trial import as_shown, name_row
 from handout.pipeline.inputs import Source, check_pictures
 from handout.pipeline.merging import SENT_PICTURES
 from handout.pipeline.options import (
+    BatchPlan,
     PrintOptions,
     ProofOptions,
     SheetOptions,

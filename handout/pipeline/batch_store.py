@@ -10,14 +10,14 @@ import contextlib
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import msgspec
 
 from handout import shipped
 from handout.errors import InputError
 from handout.pipeline import merging
-from handout.pipeline.options import MergeOptions, PictureOptions, TableOptions, WritingOptions
+from handout.pipeline.options import BatchPlan, MergeOptions, PictureOptions, TableOptions, WritingOptions
 from handout.pipeline.results import SILENT
 from handout.plotting.connections import is_simulated
 from handout.printing import journal
@@ -26,33 +26,6 @@ from handout.printing.journal import JournalRun, Piece, PieceStep
 PLAN, PROOF, FACTS, APPROVED, PDF = "batch.json", "proof.pdf", "proof-facts.json", "approved", "batch.pdf"
 REFUSED = "refused.json"  # rows that were not begun when it was made last, and why
 TESTED, TOLD = "tested", "told.json"  # of a test that was made; of what its webhook was told last
-
-
-@dataclass(frozen=True)
-class BatchPlan:
-    """How a batch is made.
-
-    to : a PDF file, a printer (`printer`, by its profile or queue), or a plotter (`device`, its profile).
-    queues : further queues, which share it with that; grid : of a plotter, cards side by side, see `PlotOptions`.
-    key : by which a program that asks twice keeps it once; test : it is proofed, and nothing is sent.
-    webhook : the address that is told how it ended, with a signature of `secret`.
-    """
-
-    title: str
-    to: Literal["pdf", "printer", "plotter"]
-    writing: WritingOptions
-    picture: PictureOptions
-    table: TableOptions
-    merge: MergeOptions
-    page: str
-    printer: str = ""
-    queues: tuple[str, ...] = ()
-    device: str | None = None
-    grid: str = ""
-    key: str = ""
-    test: bool = False
-    webhook: str = ""
-    secret: str = ""
 
 
 _PARTS: dict[str, type[Any]] = {

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from handout.errors import InputError
 from handout.pipeline import merging
-from handout.pipeline.batch_store import BatchPlan
+from handout.pipeline.options import BatchPlan
 from handout.pipeline.results import SILENT, Facts
 from handout.printing.rows import TableRow
 

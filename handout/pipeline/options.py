@@ -593,3 +593,30 @@ def pace(speed: str | float) -> tuple[bool, float]:
         return False, float(speed)
     except ValueError:
         raise InputError(f"speed: {speed!r} is neither human, fast, nor a factor such as 1.5.") from None
+
+
+@dataclass(frozen=True)
+class BatchPlan:
+    """How a batch is made.
+
+    to : a PDF file, a printer (`printer`, by its profile or queue), or a plotter (`device`, its profile).
+    queues : further queues, which share it with that; grid : of a plotter, cards side by side, see `PlotOptions`.
+    key : by which a program that asks twice keeps it once; test : it is proofed, and nothing is sent.
+    webhook : the address that is told how it ended, with a signature of `secret`.
+    """
+
+    title: str
+    to: Literal["pdf", "printer", "plotter"]
+    writing: WritingOptions
+    picture: PictureOptions
+    table: TableOptions
+    merge: MergeOptions
+    page: str
+    printer: str = ""
+    queues: tuple[str, ...] = ()
+    device: str | None = None
+    grid: str = ""
+    key: str = ""
+    test: bool = False
+    webhook: str = ""
+    secret: str = ""

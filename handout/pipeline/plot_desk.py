@@ -30,13 +30,12 @@ from handout.plotting import bed
 from handout.plotting.dialects import ButtonPressed
 from handout.plotting.jobs import pages
 from handout.plotting.jobs.pages import Record
-from handout.plotting.jobs.parts import PenTurn as PenTurn
 from handout.plotting.jobs.parts import in_turn, survey, turn_of
 from handout.plotting.jobs.places import DrawnPlace
 from handout.plotting.jobs.store import PlotJob
 from handout.plotting.planning.planner import plan
 from handout.printing.printers import queues
-from handout.profiles import LaidSheet, Length, Plotter
+from handout.profiles import LaidSheet, Length, PenTurn, Plotter
 from handout.signals import interrupt
 from handout.sinks.svg import to_svg
 from handout.values import Array, Drawing, Page, Stroke

@@ -44,7 +44,7 @@ from handout.plotting.pen_heights import replace_heights
 from handout.plotting.planning.hooking import tell_hooks
 from handout.plotting.planning.plan import Plan
 from handout.plotting.ports import Port
-from handout.profiles import Plotter
+from handout.profiles import PenTurn, Plotter
 from handout.sinks import Look, check_outputs, write_drawings
 from handout.values import Drawing
 
@@ -401,7 +401,7 @@ def job_options(plotting: PlotOptions, profile: Plotter, fast: bool, timed: bool
     )
 
 
-def _read_turns(plotting: PlotOptions) -> tuple[parts.PenTurn, ...]:
+def _read_turns(plotting: PlotOptions) -> tuple[PenTurn, ...]:
     """The turns that --layer asks for."""
     if plotting.layer and plotting.layers == "none":
         raise InputError(
@@ -416,7 +416,7 @@ def _read_turns(plotting: PlotOptions) -> tuple[parts.PenTurn, ...]:
             turn = {"layer": name, "speed": speed, "pen": told.get("pen", ""), "out": "out" in told}
             if math.isnan(speed):
                 raise ValueError("no speed")
-            turns.append(msgspec.convert(turn, parts.PenTurn))
+            turns.append(msgspec.convert(turn, PenTurn))
         except (ValueError, msgspec.ValidationError) as error:
             way = "write its name, and after commas speed=50% (5% to 2000%), pen=red (60 characters) or out"
             raise InputError(f"--layer {text}: {way}.") from error

@@ -146,9 +146,10 @@ class _Line:
             return np.full(len(self.u), NOBODY)
         anchors = self._anchors()
         letter = self._branches(anchors)
-        for component in set(self.whole.tolist()) - {int(self.whole[v]) for v in anchors.values()}:
-            vertices = self.whole == component
-            letter[vertices] = self._free(vertices)
+        loose = sorted(set(self.whole.tolist()) - {int(self.whole[v]) for v in anchors.values()})
+        pieces = [self.whole == component for component in loose]
+        for piece, taker in zip(pieces, self._share_dots(pieces, [self._free(piece) for piece in pieces]), strict=True):
+            letter[piece] = taker
         return letter
 
     def _anchors(self) -> dict[int, int]:
@@ -208,6 +209,19 @@ class _Line:
         across = piece[self.edges[~inside]]
         _follow(holder, across)
         return holder[piece]
+
+    def _share_dots(self, pieces: Sequence[NDArray[np.bool_]], takers: list[int]) -> list[int]:
+        """The letters of loose pieces, where an i or j without a dot takes one from another that has two."""
+        dots = {
+            k: float(self.u[piece].mean()) for k, piece in enumerate(pieces) if self.up[piece].mean() > _SETTINGS.high
+        }
+        for i in (i for i, name in enumerate(self.names) if name in ("i", "j") and self.present[i]):
+            given = [takers[k] for k in dots]
+            spare = [k for k in dots if self.names[takers[k]] in ("i", "j") and given.count(takers[k]) > 1]
+            away = [max(self.left[i] - dots[k], dots[k] - self.right[i], 0.0) for k in spare]
+            if i not in given and spare and min(away) <= _SETTINGS.near:
+                takers[spare[int(np.argmin(away))]] = i
+        return takers
 
     def _free(self, component: NDArray[np.bool_]) -> int:
         """The letter that a component without any letter of its own belongs to: a dot, a bar, an accent, a speck."""

@@ -11,10 +11,10 @@ from typing import Annotated, Any, Literal, TypeVar, cast
 
 from msgspec import Meta, Raw, Struct, defstruct
 
-from handout.pipeline.batch_store import BatchPlan
 from handout.pipeline.declarations import Name, PageName, Seed, list_declared
 from handout.pipeline.inputs import Source
 from handout.pipeline.options import (
+    BatchPlan,
     CalibrationOptions,
     CalibrationPlace,
     ChartOptions,
@@ -26,8 +26,8 @@ from handout.pipeline.options import (
     TableOptions,
     WritingOptions,
 )
-from handout.pipeline.plot_desk import PenTurn
 from handout.pipeline.plot_request import PlotOptions, PlotRequest
+from handout.profiles import PenTurn
 
 T = TypeVar("T")
 B = TypeVar("B", bound="Body")

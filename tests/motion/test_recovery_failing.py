@@ -5,7 +5,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from handout.motion.recovery.ink_gaps import bridge_gaps, endpoints, gap_bridges, log_odds, prior_log_odds
+from handout.motion.recovery.ink_gaps import (
+    bridge_gaps,
+    endpoints,
+    gap_bridges,
+    log_odds,
+    prior_log_odds,
+    severed_pairs,
+)
+from handout.values import LineGraph
 
 HALF = 0.13
 
@@ -57,3 +65,16 @@ def test_a_hump_whose_ink_failed_at_its_stem_is_led_to_it():
     assert added.tolist() == [[10, 20]]
     assert len(bridge_gaps(xy, radius, edges, HALF, {20})) == len(edges)  # there it goes on in another letter
     assert len(bridge_gaps(xy, radius, edges, HALF, set(), least=1.5)) == len(edges)  # a dot is no part of the line
+
+
+def test_a_letter_goes_on_over_the_neighbour_that_cuts_it_in_two():
+    # an upright line, whose middle is the neighbour's, which lies across it
+    upright = np.column_stack([np.zeros(21), np.arange(21) * 0.1])
+    across = np.column_stack([np.arange(1, 11) * 0.1, np.full(10, 1.0)])
+    xy = np.concatenate([upright, across])
+    edges = np.array([*((k, k + 1) for k in range(20)), (10, 21), *((k, k + 1) for k in range(21, 30))])
+    graph = LineGraph(xy, np.full(31, 0.05), np.ones(31), xy, edges)
+    assert severed_pairs(graph, np.delete(np.arange(21), 10)) in ([(9, 11)], [(11, 9)])
+    # what is farther apart than a line is thick was not written in one go
+    assert severed_pairs(graph, np.delete(np.arange(21), np.arange(6, 15))) == []
+    assert severed_pairs(graph, np.arange(21)) == []

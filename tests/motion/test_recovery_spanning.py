@@ -82,3 +82,9 @@ def test_a_bar_may_be_bent_where_both_its_ends_are_loose():
     # one that leads to the next letter goes straight
     one, bars = found([*ways, [right, below]], "tl", 1.2)
     assert all(one.xy[bar.vertices[-1]] != pytest.approx(right) for bar in bars)
+
+
+def test_a_bar_goes_on_where_its_ink_failed_beside_the_stem():
+    ways = [[(0, 1.6), T], [T, (0, 0.1), (0.3, 0)], [LEFT, (-0.06, 1.095)], [T, (0.5, 1.14)]]
+    one, (bar,) = found([*ways, [(1.0, 1.0), (1.0, 0)]], "tl", 0.8)
+    assert one.xy[bar.vertices[[0, -1]]] == pytest.approx(np.array([LEFT, (0.5, 1.14)]))

@@ -5,8 +5,7 @@ import pytest
 from handout import atomic
 from handout.errors import InputError
 from handout.pipeline import batch_desk, batch_store
-from handout.pipeline.batch_store import BatchPlan
-from handout.pipeline.options import MergeOptions, PictureOptions, TableOptions, WritingOptions
+from handout.pipeline.options import BatchPlan, MergeOptions, PictureOptions, TableOptions, WritingOptions
 
 
 def test_a_batch_is_made_by_one_window_at_a_time(tmp_path, monkeypatch):

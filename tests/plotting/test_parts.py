@@ -8,7 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from handout.errors import InputError
-from handout.plotting.jobs.parts import PenTurn, PlotPart, arrange_layers, list_requests, parts, survey
+from handout.plotting.jobs.parts import PlotPart, arrange_layers, list_requests, parts, survey
+from handout.profiles import PenTurn
 from handout.values import Drawing, Page, Stroke
 
 COLOURS = ["#c01020", "", "#1020c0"]

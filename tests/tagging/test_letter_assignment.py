@@ -122,6 +122,15 @@ def test_a_dot_finds_its_i(dot):
     assert found[2] == {0}
 
 
+def test_two_dots_over_one_of_two_letters_that_have_dots_are_shared():
+    # both columns end too far to the right, so that both dots lie over the j
+    strokes = [[(0.4, 0.9), (0.4, -0.5)], [(1.0, 0.9), (1.0, 0.0)], [(0.4, 1.4), (0.4, 1.5)], [(0.9, 1.4), (0.9, 1.5)]]
+    _, found = given(strokes, ("j", 0, 0.95), ("i", 0.95, 1.5))
+    assert found == [{0}, {1}, {0}, {1}]
+    # a letter that has none stays without
+    assert given(strokes, ("j", 0, 0.95), ("l", 0.95, 1.5))[1][2:] == [{0}, {0}]
+
+
 def test_the_last_stroke_of_a_word_is_its_letters():
     _, found = given([[(0.1, 0.9), (0.2, 0.0), (2.4, 0.4)], [(3.1, 0.0), (3.2, 0.9)]], ("d", 0, 1), ("a", 3, 4))
     assert found == [{0}, {1}]

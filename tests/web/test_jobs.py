@@ -296,8 +296,8 @@ def test_what_is_asked_of_some_plotters_that_share_a_batch_goes_to_the_page():
 
 
 def test_a_batch_for_several_queues_names_them_once(monkeypatch):
-    from handout.pipeline import batch_desk, batch_store
-    from handout.pipeline.options import MergeOptions, PictureOptions, TableOptions, WritingOptions
+    from handout.pipeline import batch_desk
+    from handout.pipeline.options import BatchPlan, MergeOptions, PictureOptions, TableOptions, WritingOptions
     from handout.printing import printers
 
     monkeypatch.setattr(printers, "queues", lambda: ["Left", "Right"])
@@ -307,7 +307,7 @@ def test_a_batch_for_several_queues_names_them_once(monkeypatch):
         ("Left", ("Right", "Left"), ("Left", "Right")),
         ("simulated", ("Right",), ("Right",)),
     ):
-        plan = batch_store.BatchPlan("", "printer", *options, "A6", printer, queues)
+        plan = BatchPlan("", "printer", *options, "A6", printer, queues)
         assert batch_desk._queues(plan) == meant
 
 

@@ -12,7 +12,7 @@ import pytest
 from studio_process import start_studio
 
 pytestmark = pytest.mark.slow
-PEOPLE = "First name\n" + "".join(f"Name{number}\n" for number in range(12))
+PEOPLE = "First name\n" + "".join(f"Name{number}\n" for number in range(8))
 
 
 @pytest.fixture
@@ -67,11 +67,11 @@ def test_a_proof_and_a_plot_go_on_where_they_were(studio):
     assert client.get("/api/uploads").json()["uploads"] == [{"id": table, "name": "people.csv"}]
     assert client.get(f"/api/uploads/{table}").content == PEOPLE.encode()
     tried = client.post("/api/batches/tried", json={"table": table, "text": "Hi {{ first_name }}"}).json()
-    assert tried["count"] == 12 and client.delete(f"/api/uploads/{table}").status_code == 200
+    assert tried["count"] == 8 and client.delete(f"/api/uploads/{table}").status_code == 200
     assert not list(studio.home.rglob("studio-files/*")), "and it is gone when it is taken away"
     proof = client.post(f"{one}/proof").json()["facts"]["proof"]
     assert (
-        proof["rows"] == 12
+        proof["rows"] == 8
         and client.post(f"{one}/approval", json={"made": proof["made"]}).json()["state"] == "approved"
     )
     begun(client, f"{one}/make", {"port": "sim:?realtime=1"})
@@ -80,13 +80,11 @@ def test_a_proof_and_a_plot_go_on_where_they_were(studio):
     studio.kill()
     client = studio.start()
     left = client.get(one).json()
-    assert left["state"] == "broken off" and 1 <= left["states"]["done"] < 12
+    assert left["state"] == "broken off" and 1 <= left["states"]["done"] < 8
     done = client.post(f"{one}/make", json={"port": "sim:"}).json()["facts"]
-    assert done["state"] == "done" and done["states"] == {"done": 12}
+    assert done["state"] == "done" and done["states"] == {"done": 8}
     plots = client.get("/api/plots").json()["plots"]
-    assert len(plots) == 12 and all(plot["finished"] for plot in plots), (
-        "each page is one plot, and none is drawn twice"
-    )
+    assert len(plots) == 8 and all(plot["finished"] for plot in plots), "each page is one plot, and none is drawn twice"
 
 
 def test_a_page_that_was_being_read_is_no_half_a_hand(studio, small_scan):

@@ -15,6 +15,8 @@ import numpy as np
 
 from handout.hand.letter_classes import CROSSED
 from handout.hand.scanned import NOBODY, ScannedHand
+from handout.motion.recovery.ink_gaps import gap_bridges
+from handout.motion.recovery.letter_line import has_dots
 from handout.motion.recovery.network import SHORT, BranchNetwork, build_network, chain_vertices
 from handout.values import Array, Indices
 
@@ -202,7 +204,11 @@ class WordCrossbars:
         every = np.unique(np.concatenate(letter_vertices))
         local = page.graph.edges_between(every)
         xy = page.to_line(self._hand.glyphs[word[0]].line, page.graph.uv[every])
-        net = build_network(xy, page.graph.radius[every] / page.pitch, page.graph.density[every], local)
+        radius, owner = page.graph.radius[every] / page.pitch, np.full(len(every), NOBODY)
+        for at, letter in enumerate(self._hand.glyphs[n] for n in word):
+            owner[np.searchsorted(every, letter.vertices)] = NOBODY if has_dots(letter.letter) else at
+        local = np.concatenate([local, gap_bridges(xy, radius, local, float(np.median(radius)), owner)])
+        net = build_network(xy, radius, page.graph.density[every], local)
         chains = list(_level_chains(net, page.x_height / page.pitch))
         bars: list[Crossbar] = []
         for at, (glyph, vertices) in enumerate(zip(word, letter_vertices, strict=True)):

@@ -2,7 +2,8 @@
 
 A pen that fails leaves a short gap, whose sides are loose ends, thinner than the line is elsewhere, and go on in one
 another.  Where the pen was lifted the gap is wider, and the line ends as wide as it was.  Between two letters of a hand
-that seldom joins them it takes more to believe that the ink failed.
+that seldom joins them it takes more to believe that the ink failed.  Where a neighbour's line lies across a letter's,
+its ink is the neighbour's, and the letter's own line goes on beyond it.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from handout.values import Array, Indices
+from handout.values import Array, Indices, LineGraph
 
 
 @dataclass(frozen=True)
@@ -37,6 +38,7 @@ _CHAIN = 10  # vertices from an endpoint that tell its direction
 _TAPER = 5  # vertices from an endpoint that tell its width
 _MOST = 10.0  # half widths: no wider gap is looked at
 _AHEAD = 0.5  # by this share what lies aside of an endpoint counts as farther away
+_ACROSS = 5.0  # half widths: so far a line runs on over another that it crosses or touches, as `network.SHORT`
 _BESIDE = 2.5  # half widths: a place this near to a loose end is that end
 
 
@@ -171,3 +173,25 @@ def bridge_gaps(
         dots = [k for k in np.unique(piece) if np.ptp(xy[piece == k], axis=0).max() < least]
         owner[np.isin(piece, dots)] = -1
     return np.concatenate([edges, gap_bridges(xy, radius, edges, half_width, owner)])
+
+
+def severed_pairs(graph: LineGraph, own: Indices) -> list[tuple[int, int]]:
+    """Pairs of a letter's vertices between which its line goes on over a neighbour's that it crosses or touches.
+
+    own : (n,) int, rising: its vertices.  The pairs are as few as join its pieces, the nearest first.
+    """
+    piece = _pieces(graph.edges_between(own), len(own))
+    if not piece.any():
+        return []
+    ours = np.isin(graph.edges, own)
+    met = np.unique(graph.edges[ours & ~ours[:, ::-1]])
+    of = piece[np.searchsorted(own, met)]
+    far = np.hypot(*(graph.xy[met, None] - graph.xy[met]).transpose(2, 0, 1)) / float(np.median(graph.radius))
+    far[of[:, None] == of] = np.inf
+    order = np.argsort(far, axis=None, kind="stable")[: int((far <= _ACROSS).sum())]
+    pairs = list[tuple[int, int]]()
+    for i, j in zip(*(at.tolist() for at in np.unravel_index(order, far.shape)), strict=True):
+        if of[i] != of[j]:
+            pairs.append((int(met[i]), int(met[j])))
+            of = np.where(of == of[j], of[i], of)
+    return pairs

@@ -18,7 +18,7 @@ from handout.hand.learnt import learnt, recall
 from handout.hand.scanned import NOBODY, ScannedGlyph, ScannedHand
 from handout.motion.recovery.carried_strokes import carried_cost, carry_strokes
 from handout.motion.recovery.crossbars import WordCrossbars
-from handout.motion.recovery.ink_gaps import Endpoint, endpoints, log_odds, prior_log_odds
+from handout.motion.recovery.ink_gaps import Endpoint, endpoints, log_odds, prior_log_odds, severed_pairs
 from handout.motion.recovery.kept_strokes import part_by_glyph, strokes_as_numbers, strokes_of_numbers
 from handout.motion.recovery.letter_line import Candidate, LetterLine, LetterStrokes, trace_as_told
 from handout.motion.recovery.letter_tracing import candidates
@@ -40,7 +40,7 @@ from handout.writing.forms import Connector, Forms, GlyphLine
 
 _ALONG = 0.6  # of a ligature that lies in a crossbar
 _TOUCHED = 8  # vertices of a body that a crossbar may share where it only ends there
-VERSION = 9  # of what is kept of a hand; tests/hand/test_house_scanned.py says when to raise it
+VERSION = 10  # of what is kept of a hand; tests/hand/test_house_scanned.py says when to raise it
 _JOINING = 0.2  # share of a hand's letters joined to the one before, from which crossbars wait for the end of the word
 
 
@@ -243,12 +243,21 @@ class StrokeOrderModel:
             exits += self._facing(glyph.after, number, entering=False)
         return replace(
             line,
+            edges=np.concatenate([line.edges, *self._edges_over_neighbours(number, sections)]),
             entries=tuple(entries),
             exits=tuple(exits),
             joined_hand=self._joined_hand,
             usual=self._usual[glyph.page],
             baseline=-float(self.forms.centre[number, 1]),
         )
+
+    def _edges_over_neighbours(self, number: int, sections: tuple[Indices, ...]) -> Iterator[Indices]:
+        """(1, 2) each: edges by which a glyph's line goes on where a neighbour's cuts it in two."""
+        glyph = self._hand.glyphs[number]
+        page = self._hand.pages[glyph.page]
+        pairs = severed_pairs(page.graph, glyph.vertices) if page.moments is None else []
+        place = self._places_on_page(number, sections) if pairs else {}
+        yield from (np.array([[place[v], place[w]]]) for v, w in pairs if v in place and w in place)
 
     def _with_crossbars(self, number: int, line: LetterLine, sections: tuple[Indices, ...]) -> LetterLine:
         """A line with the crossbars that its word has there."""

@@ -26,11 +26,11 @@ import handout
 from handout import atomic
 from handout.errors import InputError
 from handout.plotting import bed
-from handout.plotting.jobs.parts import Layers, PageLayer, PenTurn, arrange_layers, survey, without
+from handout.plotting.jobs.parts import Layers, PageLayer, arrange_layers, survey, without
 from handout.plotting.planning.hooking import part_strokes
 from handout.plotting.planning.order import shorten_travel
 from handout.plotting.planning.plan import Order
-from handout.profiles import Plotter
+from handout.profiles import PenTurn, Plotter
 from handout.sinks.drawing_json import to_json
 from handout.sources.drawing_json import from_json
 from handout.values import Drawing, Stroke

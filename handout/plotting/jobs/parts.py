@@ -12,29 +12,17 @@ import difflib
 import itertools
 import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from typing import Annotated, Literal, NamedTuple
+from typing import Literal, NamedTuple
 
 import msgspec
 import numpy as np
 
 from handout.errors import InputError
 from handout.plotting.planning.plan import Plan
+from handout.profiles import PenTurn
 from handout.values import Array, Drawing, Stroke
 
 Layers = Literal["none", "name", "colour"]
-
-
-class PenTurn(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """What draws a layer, in the order of the turns; layers without one come behind these, in the drawing's order.
-
-    speed : times that of the plot; pen : what the person calls it, who changes none between layers that share one.
-    out : whether the layer is left out.
-    """
-
-    layer: Annotated[str, msgspec.Meta(max_length=200)]
-    speed: Annotated[float, msgspec.Meta(ge=0.05, le=20)] = 1.0
-    pen: Annotated[str, msgspec.Meta(max_length=60)] = ""
-    out: bool = False
 
 
 def turn_of(layer: str, turns: Sequence[PenTurn]) -> PenTurn:

@@ -30,10 +30,10 @@ from handout.errors import InputError
 from handout.plotting.jobs import journal, pages
 from handout.plotting.jobs.journal import JobProgress, PlotJournal
 from handout.plotting.jobs.pages import NewPage, Record
-from handout.plotting.jobs.parts import Layers, PenTurn, PlotPart, parts
+from handout.plotting.jobs.parts import Layers, PlotPart, parts
 from handout.plotting.overlap import OVERLAP
 from handout.plotting.planning.plan import Order
-from handout.profiles import Plotter
+from handout.profiles import PenTurn, Plotter
 from handout.values import Drawing
 
 FACTS, JOURNAL = "job.json", "journal"
