@@ -119,8 +119,9 @@ class QuestionFile(msgspec.Struct, frozen=True):
 def ask_letters(hand: ScannedHand, most: int) -> list[LetterQuestion]:
     """At most so many questions, those first whose answers mend most.
 
-    By a reader that had no part in it the first ten mend 25 and 1 letters of 300 words in two hands (csafe w0277 and a
-    careful one); where those came first that read wrong most often in all, 3 and 5 more would have read wrong.
+    By a reader that had no part in it the first ten mend 25, 20 and 1 letters of 300 words in three hands (csafe w0277,
+    w0182, a careful one); 14 in the second, and less than none in the others, where those came first that read wrong
+    most often in all.
     """
     uses = list(_write_uses(hand))
     if not uses:
