@@ -30,6 +30,7 @@ def kept_questions():
     return json.dumps({"questions": [question, question]}).encode()
 
 
+@pytest.mark.slow
 def test_a_letter_that_is_another_is_asked_about_first(small_hand):
     wrong = set(small_hand.numbers_of_letter("n").tolist())
     lying = tuple(
