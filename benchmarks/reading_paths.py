@@ -13,12 +13,12 @@ the same words are read three times; columns are character errors:
 
 Drawn hands show what readers cannot do: their order is known.  With HANDOUT_DATA, recorded pens (`recorded`) are inked,
 read as pages, and written again where they stand.  With HANDOUT_HANDS, a folder of .hand files, these write as well.
-With HANDOUT_SHEETS, a folder, 40 words of every scanned hand are shown there stroke by stroke, for a person to judge
+With HANDOUT_SHEETS, a folder, 40 words of every scanned hand are shown there a fifth at a time, for a person to judge
 whether a writer would go that way: frames from left to right, what is new in red with arrows, numbered where it begins.
 
 With both readers of pictures, on ink and on strokes: c0013 .197 .155 and .213 .165, w0180 .079 .101 and .085 .128,
-c0052 .167 .125 and .189 .149, w0515 .095 .063 and .110 .089, p0012 .159 .161 and .197 .221, joined German pens .428 .367
-and .457 .416: no ink is lost or made up that readers see.  Readers of paths, on true and on recovered strokes: joined
+c0052 .167 .125 and .189 .149, w0515 .095 .063 and .110 .089, p0012 .159 .161 and .197 .221, joined German pens
+.428 .367 and .457 .416: no ink is lost or made up that readers see.  Readers of paths, on true and on recovered strokes: joined
 German .527 .555 and .603 .597, English of three writers .141 .095 and .157 .104, .031 .064 and .073 .101, .088 .067 and
 .140 .127.
 
@@ -165,7 +165,7 @@ def row(name: str, words: Sequence[WrittenWord]) -> str:
 
 
 def show(words: Sequence[WrittenWord], to: Path) -> None:
-    """Words stroke by stroke, for a person to judge."""
+    """Words a fifth of their length at a time, for a person to judge."""
     from PIL import Image, ImageDraw
 
     rows = []
