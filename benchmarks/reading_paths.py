@@ -17,14 +17,14 @@ With HANDOUT_SHEETS, a folder, 40 words of every scanned hand are shown there a 
 whether a writer would go that way: frames from left to right, what is new in red with arrows, numbered where it begins.
 
 With both readers of pictures, on ink and on strokes: c0013 .197 .155 and .213 .165, w0180 .079 .101 and .085 .128,
-c0052 .167 .125 and .189 .149, w0515 .095 .063 and .110 .089, p0012 .159 .161 and .197 .221, joined German pens
-.428 .367 and .457 .416: no ink is lost or made up that readers see.  Readers of paths, on true and on recovered strokes: joined
-German .527 .555 and .603 .597, English of three writers .141 .095 and .157 .104, .031 .064 and .073 .101, .088 .067 and
-.140 .127.
+c0052 .167 .125 and .189 .149, w0515 .095 .063 and .110 .089, p0012 .159 .161 and .197 .221, joined German pens .428
+.367 and .457 .416: no ink is lost or made up that readers see. Readers of paths, on true and on recovered strokes:
+joined German .527 .555 and .603 .597, English of three writers .141 .095 and .157 .104, .031 .064 and .073 .101, .088
+.067 and .140 .127.
 
-By eye, of 40 words each, nobody would go the way of 9 in c0013, of 13 in w0180 and of some 20 in p0012: pieces that the
-cuts between letters left with a neighbour (20, 14 of them in p0012), a last s with a long tail (5), stems that were led
-in from the line and are begun at their top (8), and rings begun elsewhere.
+By eye, of 40 words each, nobody would go the way of about 9 in c0013, 13 in w0180 and 20 in p0012: pieces that the
+cuts between letters left with a neighbour (20, 14 of them in p0012), a last s with a long tail (5), stems that were
+led in from the line and are begun at their top (8), and rings begun elsewhere.
 """
 
 from __future__ import annotations
