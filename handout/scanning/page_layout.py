@@ -105,14 +105,12 @@ def outline(rgb: NDArray[np.uint8]) -> list[Array | None]:
     if piece is None:
         return [None] * 4
     contour = max(cv2.findContours(piece, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)[0], key=len)
-    piece = np.zeros_like(piece)  # a sheet is convex: what a shadow takes of its side comes back
-    cv2.fillConvexPoly(piece, cv2.convexHull(contour), 1)
-    contour = max(cv2.findContours(piece, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)[0], key=len)
     points = contour.reshape(-1, 2).astype(np.float64)
     # the outermost points (4, 2) of the contour along the diagonals, clockwise from the upper left
     diagonals = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)], dtype=np.float64)
     corners = points[np.argmax(points @ diagonals.T, axis=0)]
-    if piece.sum() < _OUTLINE.full * cv2.contourArea(corners.astype(np.float32)):
+    # a sheet is convex: what a shadow takes of it counts
+    if cv2.contourArea(cv2.convexHull(contour)) < _OUTLINE.full * cv2.contourArea(corners.astype(np.float32)):
         return [None] * 4
     sides = _sides(points, corners, np.asarray(lit, dtype=np.float64))
     # the middle of a pixel of the smaller picture

@@ -170,9 +170,9 @@ def _prepare_plain(picture: FilePicture, dpi: float | None, say: Say) -> Prepare
     if dpi and picture.own and max(dpi, picture.own) > _DIFFERENT * min(dpi, picture.own):
         say(f"  {picture.source} says {picture.own:.0f} dpi; {dpi:g} is believed, as --dpi says.")
     if flat is not picture:
-        say(f"  {picture.source} shows a sheet on something darker: it is cut out and made flat.")
-    if picture.photographed:
-        say(f"  {picture.source} is a photograph: light and lens bend what it shows; a scan makes a better hand.")
+        say(f"  {picture.source} shows a sheet on something darker: it is made flat; a scan makes a better hand.")
+    elif picture.photographed:
+        say(f"  {picture.source} is a photograph: not all edges of the sheet are seen, and it is read as it lies.")
     return prepare(scan)
 
 

@@ -25,6 +25,7 @@ def ink(path):
     return 255 - cv2.imread(str(path), 0).astype(int)
 
 
+@pytest.mark.slow
 def test_learned_shown_and_written_with(call, photograph):
     out, err = call("brush", "learn", photograph, photograph, "-o", "own.brush", "--width", "0.9mm", "--json")
     facts = json.loads(out)

@@ -274,6 +274,7 @@ def test_confirmed_letters_are_sure(small_hand):
             strictly(small_hand, wrong)
 
 
+@pytest.mark.slow
 def test_a_letter_that_is_right_may_be_kept_out_of_what_is_written(small_hand, tmp_path):
     v, path = word(small_hand, "even")[1], tmp_path / "a.hand"
     spot = at(small_hand, v)
@@ -302,6 +303,7 @@ def test_a_letter_that_is_right_may_be_kept_out_of_what_is_written(small_hand, t
     assert [g.letter for g in taught.glyphs if g.kept_out] == ["v"]
 
 
+@pytest.mark.slow
 def test_that_a_letter_is_confirmed_makes_it_no_likelier_to_be_written(small_hand):
     """It is refused no longer, and costs what it did."""
     odd, letter, glyphs = int(small_hand.numbers_of_letter("e")[0]), "h", list(small_hand.glyphs)

@@ -60,6 +60,7 @@ WORKED_OUT = {
 }
 
 
+@pytest.mark.slow
 def test_what_is_worked_out_anew_has_another_version():
     """Else a hand would be written by what an earlier program had worked out of it."""
     hand = file.load(library.scanned_file("house-print-fountain"))

@@ -158,6 +158,7 @@ def test_nothing_but_ink_is_touched(small_hand):
     assert edge.rgba[..., 3].sum() < still.rgba[..., 3].sum() and edge.rgba[:60, :60, 3].any() and pixel > 0
 
 
+@pytest.mark.slow
 def test_a_page_that_is_made_again_is_the_same_and_only_what_changed_is_drawn(small_hand, monkeypatch):
     """At resolutions of screens, where a page is made anew while its text is typed."""
     from handout.inking import texture as module

@@ -40,6 +40,7 @@ def shape_snr(xy, plan):
     return snr(resample_path(xy, 400), resample_path(plan.position_at(t), 400))
 
 
+@pytest.mark.slow
 def test_shapes_are_explained_far_better_than_by_the_published_method(moving):
     ours = np.array([shape_snr(stroke.xy, from_shape(stroke.xy)) for stroke in moving])
     theirs = np.array([shape_snr(stroke.xy, berio_2017.from_shape(stroke.xy)) for stroke in moving])
@@ -47,6 +48,7 @@ def test_shapes_are_explained_far_better_than_by_the_published_method(moving):
     assert np.median(ours - theirs) >= 10
 
 
+@pytest.mark.slow
 def test_recorded_movements_are_explained_with_few_strokes(moving):
     speeds, counts, chords = [], [], []
     for stroke in moving:

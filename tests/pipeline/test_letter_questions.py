@@ -4,6 +4,7 @@ import json
 import re
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
@@ -14,7 +15,8 @@ from handout.hand import file
 from handout.hand.corrections import KeepOut, Label
 from handout.pipeline import letter_questions
 from handout.pipeline.kept_hands import answer_questions, check_hand
-from handout.pipeline.letter_questions import ask_letters, draw_questions, read_answers
+from handout.pipeline.letter_questions import WrittenUse, ask_letters, draw_questions, read_answers
+from handout.pipeline.rereading import ReadWord
 
 
 @pytest.fixture(autouse=True)
@@ -30,6 +32,7 @@ def kept_questions():
     return json.dumps({"questions": [question, question]}).encode()
 
 
+@pytest.mark.slow
 def test_a_letter_that_is_another_is_asked_about_first(small_hand):
     wrong = set(small_hand.numbers_of_letter("n").tolist())
     lying = tuple(
@@ -43,6 +46,25 @@ def test_a_letter_that_is_another_is_asked_about_first(small_hand):
     worst = max(asked, key=lambda question: (round(question.wrong / question.uses, 2), question.wrong))
     assert worst.letter == "k" and worst.wrong > 0.5 * worst.uses and worst in asked[:6]
     assert all(use.word.text[use.index] == question.letter for question in asked for use in question.shown)
+
+
+def test_letters_that_read_worse_than_their_likes_come_before_those_written_most(small_hand, monkeypatch):
+    def uses(hand):
+        word = ReadWord("n", 0, np.zeros(1, dtype=np.intp), np.zeros((1, 1)), np.zeros(1))
+        worst = int(hand.numbers_of_letter("n")[0])
+        for letter, times in (("e", 9), ("n", 1)):
+            for number in hand.numbers_of_letter(letter).tolist() * times:
+                yield WrittenUse(number, word, 0, 0.0, 1.0, 0.9 if number == worst else 0.1)
+
+    monkeypatch.setattr(letter_questions, "_write_uses", uses)
+    monkeypatch.setattr(letter_questions, "unclear_letters", lambda hand: {})
+    monkeypatch.setattr(letter_questions, "SETTINGS", replace(letter_questions.SETTINGS, alike=1e-9))
+    first, second = ask_letters(small_hand, 2)
+    assert first.letter == "n" and first.glyphs == (small_hand.numbers_of_letter("n")[0],)
+    assert first.wrong == pytest.approx(0.8) and second.wrong == pytest.approx(0.0)
+    monkeypatch.setattr(letter_questions, "unclear_letters", lambda hand: {"e": 0.9})
+    (of_e,) = (question for question in ask_letters(small_hand, 1000) if question.letter == "e")
+    assert set(of_e.glyphs) == set(small_hand.numbers_of_letter("e").tolist())
 
 
 def test_a_hand_without_words_is_asked_nothing(small_hand):

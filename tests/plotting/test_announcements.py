@@ -23,6 +23,7 @@ FLUIDNC = Announced("fluidnc.local", "tcp://fluidnc.local", "tcp://10.0.0.7", "g
 KLIPPER, SERVO = (profiles.find(name, "plotter") for name in ("klipper-servo", "grbl-servo"))
 
 
+@pytest.mark.slow
 def test_who_announces_himself_is_found():
     """Over the loopback, until the two that are wanted are heard; also where the caller's thread has an event loop."""
     from zeroconf import ServiceInfo, Zeroconf

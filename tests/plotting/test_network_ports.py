@@ -31,6 +31,7 @@ class Nobody:
         return False
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("way", WAYS)
 @pytest.mark.parametrize("more", ["", "&latency=20ms&buffer=128", "&fault=stall"])
 def test_a_plot_over_a_network_overruns_nothing(way, more):
@@ -43,6 +44,7 @@ def test_a_plot_over_a_network_overruns_nothing(way, more):
         port.read(0.1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("way", WAYS)
 def test_a_lost_connection_is_gone_on_with_where_it_was_lost(way, tmp_path, monkeypatch):
     """The greeting of whoever connects is not taken for a restart: the machine has kept its place."""

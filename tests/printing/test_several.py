@@ -256,6 +256,7 @@ def test_what_a_device_had_begun_and_then_failed_is_said_to_be_left(tmp_path):
 FAILURES = st.tuples(st.integers(0, 9), st.sampled_from(["refuses", "lost", "breaks"]))
 
 
+@pytest.mark.slow
 @settings(max_examples=40)
 @given(st.lists(FAILURES, min_size=2, max_size=4), st.integers(1, 3), st.booleans(), st.integers(1, 14))
 def test_every_page_is_made_once_whatever_fails(failures, many, split, count):

@@ -18,6 +18,7 @@ def taken(path, rgb, **how):
     return read_sheet(str(path))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(2))
 def test_a_sheet_on_a_desk_is_cut_out_and_made_flat(tmp_path, seed):
     rng = np.random.default_rng(seed)

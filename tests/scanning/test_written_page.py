@@ -44,6 +44,7 @@ def test_thin_strokes_are_named():
         read_page(scan_of(coverage(lines_of(4, 100.0), 100.0, 48.0, 110.0, pen=0.3), 110.0))
 
 
+@pytest.mark.slow
 def test_a_fine_pen_at_300_dpi_is_read_enlarged():
     fine = [read_page(scan_of(coverage(lines_of(2, 100.0), 100.0, 30.0, dpi, pen=0.08), dpi)) for dpi in (300.0, 600.0)]
     assert "read enlarged to twice its size" in fine[0].notes[0] and not fine[1].notes

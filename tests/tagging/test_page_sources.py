@@ -88,7 +88,7 @@ def test_a_photograph_is_spoken_of(small_scan):
     tags[271] = "Maker"
     tags.get_ifd(0x8769)[33434] = 0.01
     Image.open(small_scan.scan).save("photo.jpg", exif=tags, dpi=(300, 300), quality=95)
-    assert "photo.jpg is a photograph" in gathered(["photo.jpg"], ["a"])[1][0]
+    assert "photo.jpg is a photograph: not all edges of the sheet are seen" in gathered(["photo.jpg"], ["a"])[1][0]
 
 
 @pytest.mark.slow

@@ -178,6 +178,7 @@ def test_a_hand_that_never_joins_is_told_by_looks(small_hand):
     assert np.isfinite(cost).all() and 0.05 < np.median(cost) < 1
 
 
+@pytest.mark.slow
 def test_doubtful_and_broken_glyphs_cost_more(small_hand):
     number = int(small_hand.numbers_of_letter("n")[0])
     glyphs = list(small_hand.glyphs)

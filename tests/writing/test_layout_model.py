@@ -85,6 +85,7 @@ def test_a_page_of_lent_letters_teaches_no_gaps_between_words(two_pages, small_h
     assert (model.neighbours.pairs(parted=True) < count).all()
 
 
+@pytest.mark.slow
 def test_bends_that_are_kept_do_not_keep_a_hand(small_manner):
     own = replace(small_manner)
     own.bends(np.arange(3), Chances.draw(np.random.default_rng(1), 3))
