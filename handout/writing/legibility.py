@@ -28,7 +28,7 @@ from handout.values import Array
 from handout.writing.variation import Chances
 from handout.writing.word_layout import layout_model
 
-VERSION = 5  # of what is kept of a hand; tests/hand/test_house_scanned.py says when to raise it
+VERSION = 6  # of what is kept of a hand; tests/hand/test_house_scanned.py says when to raise it
 
 
 @dataclass(frozen=True)

@@ -68,7 +68,7 @@ class WrittenWord:
         """
         if self.reads is None:
             shares = [np.full(plan.strokes, keep) for plan in self.plans]
-            return min((self._move(plans, shares) for plans in draws), key=self._distance)
+            return self._shape_turns(min((self._move(plans, shares) for plans in draws), key=self._distance))
         read = self.reads([draw_path(plan, plan, 0.0) for plan in self.plans])
         over, _, paths = min((self._move_legibly(plans, read) for plans in draws), key=lambda each: each[:2])
         return self._shape_turns(paths, np.maximum(read.nats, _LEGIBLE) + over)
@@ -95,17 +95,21 @@ class WrittenWord:
             given[hard & free] += 1
         return max(float(over.max()), 0.0), self._distance(paths), paths
 
-    def _shape_turns(self, paths: list[Array], easy: Array) -> list[Array]:
-        """The paths, their turns shaped as the example's where that makes the word more like it and it reads."""
+    def _shape_turns(self, paths: list[Array], easy: Array | None = None) -> list[Array]:
+        """The paths, their turns shaped as the example's where that makes the word more like it.
+
+        easy : (letters, 1) nat, as `WordReading` has them: no letter becomes harder to read; None: nobody reads.
+        """
         if self.wanted is None:
             return paths
-        assert self.reads is not None
         off = self._distance(paths)
         for k in range(len(paths)):
             for at, side in reversed(find_turns(paths[k], self.height)):
                 made = shape_turn(paths[k], at, side, self.wanted, self.height)
                 changed = [*paths[:k], paths[k] if made is None else made, *paths[k + 1 :]]
-                if (now := self._distance(changed)) < off and (self.reads(changed).nats <= easy).all():
+                if (now := self._distance(changed)) < off and (
+                    self.reads is None or (self.reads(changed).nats <= easy).all()
+                ):
                     paths, off = changed, now
         return paths
 

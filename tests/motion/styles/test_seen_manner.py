@@ -143,11 +143,11 @@ def drawn(style, seed, built=None):
 def test_what_primes_is_seen_in_a_tag(four):
     manners = {kind: see_manner(primed(four, kind).primer) for kind in KINDS}
     right = 0
-    for kind in KINDS:
-        for seed in (1, 2, 3):
+    for kind in ("loops", "zigzag"):  # arches and dashes are told in every tag
+        for seed in range(1, 9):
             found = see_strokes(drawn(primed(four, kind), seed).strokes)
             right += min(KINDS, key=lambda other: manner_distance(found, manners[other])) == kind
-    assert right >= 7  # of 12, of which chance gives 3; learning differs by processor: 9 on one, 10 on another
+    assert right >= 10  # of 16, of which chance gives 4; without turns shaped as the example's 7
 
 
 @pytest.mark.slow
@@ -162,9 +162,7 @@ def test_a_tag_is_built_like_one_example_and_moves_like_another(four):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
-def test_temperature_is_how_much_tags_differ(four, kind, monkeypatch):
-    monkeypatch.setattr(asemic, "_TRIES", 3)  # of which one is taken: with more, tags of any temperature are more alike
-
+def test_temperature_is_how_much_tags_differ(four, kind):
     def spread(temperature):
         rows = [see_strokes(drawn(primed(four, kind, temperature), seed).strokes) / SPREADS for seed in range(4)]
         return float(np.std(rows, axis=0).mean())
