@@ -72,8 +72,8 @@ def read_addresses(
 ) -> Addresses:
     """Read a table of addresses: delimited text (CSV), or an Excel workbook where openpyxl is installed.
 
-    The delimiter (comma, semicolon, tab, stroke), the encoding (a guess is told in the rows' warnings), the header
-    and the meaning of the columns are found out; what is not used is told in the notes.  Blank rows are skipped but
+    The delimiter (comma, semicolon, tab, stroke), the encoding (a guess is told in the notes), the header
+    and the meaning of the columns are found out; what is not used is told there, too.  Blank rows are skipped but
     counted; a row that cannot be addressed is returned with its `problem`.
 
     Parameters

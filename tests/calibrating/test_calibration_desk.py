@@ -40,7 +40,7 @@ def test_the_chart_is_printed_and_given_as_a_file(tmp_path):
     first = desk.open_calibration(PLACE)
     assert (first["number"], first["step"], first["resumed"]) == (1, str(Step.PRINT), False)
     printed = desk.print_page(replace(PLACE, folder=tmp_path))
-    assert printed["step"] == str(Step.SCAN) and "frame under the patches" in printed["request"]
+    assert printed["step"] == str(Step.SCAN) and "frame under the coloured fields" in printed["request"]
     assert (tmp_path / "chart.pdf").read_bytes().startswith(b"%PDF") and desk.open_calibration(PLACE)["resumed"]
     with pytest.raises(InputError, match="to scan the chart"):
         desk.print_page(replace(PLACE, folder=tmp_path))
