@@ -95,10 +95,10 @@ class WrittenWord:
             given[hard & free] += 1
         return max(float(over.max()), 0.0), self._distance(paths), paths
 
-    def _shape_turns(self, paths: list[Array], easy: Array | None = None) -> list[Array]:
+    def _shape_turns(self, paths: list[Array], easy: Array | float = np.inf) -> list[Array]:
         """The paths, their turns shaped as the example's where that makes the word more like it.
 
-        easy : (letters, 1) nat, as `WordReading` has them: no letter becomes harder to read; None: nobody reads.
+        easy : (letters, 1) nat, as `WordReading` has them: no letter becomes harder to read; ∞: any may.
         """
         if self.wanted is None:
             return paths
