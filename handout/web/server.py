@@ -75,6 +75,7 @@ def listening(port: int | None) -> socket.socket:
         one.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:
             one.bind(("127.0.0.1", number))
+            one.listen()  # two studios that start at once may both bind a port, and one alone listens
             return one
         except OSError as error:
             one.close()

@@ -39,8 +39,8 @@ def test_a_port_that_is_taken_is_refused_and_the_usual_one_is_not_insisted_on(ca
         port = other.getsockname()[1]
         code, sentence = said(capsys, "--no-browser", "--port", str(port))
         assert code == 2 and str(port) in sentence
-    with server.listening(None) as one:
-        assert one.getsockname()[0] == "127.0.0.1"
+    with server.listening(None) as one, server.listening(None) as two:  # that start at once
+        assert one.getsockname()[0] == "127.0.0.1" and one.getsockname() != two.getsockname()
 
 
 def test_sentences_do_not_tell_the_server_s_folders(monkeypatch):
