@@ -120,7 +120,7 @@ def ask_letters(hand: ScannedHand, most: int) -> list[LetterQuestion]:
     """At most so many questions, those first whose answers mend most.
 
     By a reader that had no part in it the first ten mend 25, 20 and 1 letters of 300 words in three hands (csafe w0277,
-    w0182, a careful one); 14 in the second, and less than none in the others, where those came first that read wrong
+    w0182, Copiste 0178); 14 in the second, and less than none in the others, where those came first that read wrong
     most often in all.
     """
     uses = list(_write_uses(hand))
