@@ -102,7 +102,7 @@ def _read_pages(
     if inks:
         sources = _open_recordings([str(ink) for ink in inks], transcripts, listener)
     else:
-        sources = gather_sources([str(scan) for scan in scans], transcripts, options.dpi, listener.say)
+        sources = gather_sources([str(scan) for scan in scans], transcripts, options.dpi)
     tell = narrow_reports(listener.progress, _OPENED, _MADE)
     pages = tuple(tagged_pages(sources, options.seed, options.pen, listener.say, tell=tell))
     listener.progress(_MADE, "writing the hand")

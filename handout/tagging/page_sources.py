@@ -73,6 +73,7 @@ class PageSource:
     timed : whether their times mean anything.
     letters : (n,) int, for every sample of them the grapheme of the transcript that it writes, where that is known.
     lines : how many lines of writing there are, where that is known.
+    notes : sentences to show the user.
     """
 
     prepared: PreparedScan
@@ -81,6 +82,7 @@ class PageSource:
     timed: bool = False
     letters: Indices | None = None
     lines: int | None = None
+    notes: tuple[str, ...] = ()
 
 
 def chosen_pages(names: Sequence[str]) -> list[tuple[Path, int | None]]:
@@ -117,9 +119,7 @@ def _pages(name: str) -> list[tuple[Path, int | None]]:
     return [(path, None)] if count == 1 else [(path, number) for number in range(1, count + 1)]
 
 
-def gather_sources(
-    names: Sequence[str], texts: Sequence[tuple[str, str]], dpi: float | None, say: Say
-) -> list[PageSource]:
+def gather_sources(names: Sequence[str], texts: Sequence[tuple[str, str]], dpi: float | None) -> list[PageSource]:
     """The pages of some files, each with its transcript: its own of `texts`, or what a prompt sheet says of itself.
 
     Parameters
@@ -127,7 +127,6 @@ def gather_sources(
     names : as `chosen_pages`.
     texts : names and contents, in the order of the pages; sheets need none.
     dpi : pixels an inch, where neither a file nor a sheet's marks say.
-    say : takes sentences to show the user.
 
     Raises InputError: a file that cannot be read or used, a page twice, texts too few or too many.
     """
@@ -155,7 +154,7 @@ def gather_sources(
                 "only sheets made with `handout hand prompt` say it themselves."
             )
         text = remaining.pop(0)[1] if has_text else sheet.transcript if sheet else ""
-        sources.append(PageSource(sheet.prepared if sheet else _prepare_plain(picture, dpi, say), text))
+        sources.append(PageSource(sheet.prepared, text) if sheet else _plain_page(picture, dpi, text))
     if remaining:
         raise InputError(
             f"--text {remaining[-1][0]}: every scan without a text of its own has one already; leave it out."
@@ -163,17 +162,20 @@ def gather_sources(
     return sources
 
 
-def _prepare_plain(picture: FilePicture, dpi: float | None, say: Say) -> PreparedScan:
+def _plain_page(picture: FilePicture, dpi: float | None, text: str) -> PageSource:
     """A page that is no prompt sheet."""
-    flat = flat_sheet(picture)
-    scan = scan_of(flat, dpi, guess=True)
+    flat, notes = flat_sheet(picture), list[str]()
     if dpi and picture.own and max(dpi, picture.own) > _DIFFERENT * min(dpi, picture.own):
-        say(f"  {picture.source} says {picture.own:.0f} dpi; {dpi:g} is believed, as --dpi says.")
+        notes.append(f"{picture.source} says {picture.own:.0f} dpi; {dpi:g} is believed, as --dpi says.")
     if flat is not picture:
-        say(f"  {picture.source} shows a sheet on something darker: it is made flat; a scan makes a better hand.")
+        notes.append(
+            f"{picture.source} shows a sheet on something darker: it is made flat; a scan makes a better hand."
+        )
     elif picture.photographed:
-        say(f"  {picture.source} is a photograph: not all edges of the sheet are seen, and it is read as it lies.")
-    return prepare(scan)
+        notes.append(
+            f"{picture.source} is a photograph: not all edges of the sheet are seen, and it is read as it lies."
+        )
+    return PageSource(prepare(scan_of(flat, dpi, guess=True)), text, notes=tuple(notes))
 
 
 def common_scale(sources: Sequence[PageSource]) -> Scale | None:
@@ -224,15 +226,16 @@ def _tag_source(
     tell: Tell,
 ) -> TaggedPage:
     tell(0.0, "the ink")
-    inked = find_ink(source.prepared, pen, lines=source.lines, scale=scale)
+    inked = find_ink(prepared := source.prepared, pen, lines=source.lines, scale=scale)
     turn = 0 if source.movements else find_turn(inked, source.transcript, rng.spawn(1)[0])
     if turn:
         say(f"  the page lies {orientation_name(turn)}: turned upright")
-        inked = find_ink(source.prepared.turn_quarters(turn), pen, scale=scale)
-    if source.prepared.scan.told is None:
-        inked = _at_likely_size(inked, source.prepared.turn_quarters(turn) if turn else source.prepared, pen, scale)
+        prepared = prepared.turn_quarters(turn)
+        inked = find_ink(prepared, pen, scale=scale)
+    if prepared.scan.told is None:
+        inked = _at_likely_size(inked, prepared, pen, scale)
     tell(_TURNED, "the lines")
-    written = finish(inked)
+    written = finish(replace(inked, notes=(*source.notes, *inked.notes)))
     if source.movements:
         written = with_recorded_line(written, source.movements, timed=source.timed)
     lines = units.count(len(written.text_lines.lines), "line")

@@ -225,9 +225,7 @@ def test_texts_go_to_scans_that_are_no_sheets(small_scan, monkeypatch):
 
     def texts(*names, given):
         pages = [f"{name}.png" for name in names]
-        return [
-            one.transcript for one in page_sources.gather_sources(pages, [(f"{n}.txt", n) for n in given], None, print)
-        ]
+        return [one.transcript for one in page_sources.gather_sources(pages, [(f"{n}.txt", n) for n in given], None)]
 
     assert texts("sheet", given=()) == ["printed"]
     assert texts("page", "sheet", "other", given=("page", "other")) == ["page", "printed", "other"]

@@ -22,7 +22,7 @@ def photo(drawn):
 @pytest.mark.slow
 def test_a_photograph_of_a_sheet_is_made_flat_and_knows_its_size(photo, prompt, tmp_path):
     Image.fromarray(photo).save(tmp_path / "photo.png")  # no resolution, no text
-    (source,) = gather_sources([str(tmp_path / "photo.png")], [], None, pytest.fail)
+    (source,) = gather_sources([str(tmp_path / "photo.png")], [], None)
     scan = source.prepared.scan
     assert source.transcript == "\n".join(prompt.pages[1])
     assert scan.dpi == pytest.approx(200, rel=0.15)
@@ -34,11 +34,11 @@ def test_a_photograph_of_a_sheet_is_made_flat_and_knows_its_size(photo, prompt, 
 def test_a_mirrored_sheet_is_named(photo, tmp_path):
     Image.fromarray(photo[:, ::-1].copy()).save(tmp_path / "photo.png")
     with pytest.raises(InputError, match=r"photo\.png is mirrored: the marks of a sheet can be read only backwards"):
-        gather_sources([str(tmp_path / "photo.png")], [], None, print)
+        gather_sources([str(tmp_path / "photo.png")], [], None)
 
 
 @pytest.mark.slow
 def test_half_a_sheet_is_named_with_its_file(photo, tmp_path):
     Image.fromarray(photo[: len(photo) // 2]).save(tmp_path / "half.png")
     with pytest.raises(InputError, match=r"half\.png: Only the marks at the top left and top right.*Scan the whole"):
-        gather_sources([str(tmp_path / "half.png")], [], None, print)
+        gather_sources([str(tmp_path / "half.png")], [], None)

@@ -30,8 +30,8 @@ def three():
 
 
 def gathered(names, texts=(), dpi=None):
-    said = []
-    return gather_sources(names, [(f"{i}.txt", text) for i, text in enumerate(texts)], dpi, said.append), said
+    sources = gather_sources(names, [(f"{i}.txt", text) for i, text in enumerate(texts)], dpi)
+    return sources, [note for source in sources for note in source.notes]
 
 
 def test_a_file_of_several_pages_stands_for_all_of_them(three):
