@@ -5,6 +5,7 @@ Source: RFC 2426; RFC 6350, §3.4 for what a backslash escapes; versit, vCard 2.
 
 from __future__ import annotations
 
+import contextlib
 import quopri
 import re
 from collections import Counter
@@ -93,20 +94,24 @@ def _cards(text: str) -> Iterator[list[_Property]]:
         elif match and card is not None:
             parts = _split_value(match["value"], ";" if name != "FN" else "")
             quoted = "QUOTED-PRINTABLE" in match["more"].upper()
-            card.append(_Property(name, match["more"], tuple(map(_unquote, parts)) if quoted else parts))
+            card.append(
+                _Property(
+                    name, match["more"], tuple(_unquote(part, match["more"]) for part in parts) if quoted else parts
+                )
+            )
         elif line.strip():
             raise TableError(f"line {number} is no line of a contacts file: {line.strip()[:40]!r}.")
     if card is not None:
         raise TableError("the last card is not closed: the file is not whole.")
 
 
-def _unquote(part: str) -> str:
-    """A part of a value in quoted-printable, as phones write vCard 2.1: its bytes are UTF-8, or else Windows-1252."""
-    data = quopri.decodestring(part.encode())
-    try:
-        return " ".join(data.decode().split())
-    except UnicodeDecodeError:
-        return " ".join(data.decode("cp1252", "replace").split())
+def _unquote(part: str, parameters: str) -> str:
+    """A part of a quoted-printable value of vCard 2.1, in the CHARSET that is said, UTF-8 or else Windows-1252."""
+    data, said = quopri.decodestring(part.encode()), re.search(r'CHARSET="?([\w-]+)', parameters, re.IGNORECASE)
+    for codec in (said[1] if said else "utf-8", "utf-8"):
+        with contextlib.suppress(UnicodeDecodeError, LookupError):
+            return " ".join(data.decode(codec).split())
+    return " ".join(data.decode("cp1252", "replace").split())
 
 
 def _split_value(value: str, mark: str) -> tuple[str, ...]:

@@ -53,6 +53,8 @@ def test_cards_of_an_older_phone_are_in_quoted_printable():
         "First name": "Jörg", "Last name": "Müller", "Street": "Hof 1; links 2. Stock", "City": "Köln",
         "Postal code": "50667",
     }  # fmt: skip
+    (_, row), _ = read_contacts(text.replace("UTF-8", "KOI8-R").replace("M=C3=BCller=\r\n", "=E1=CE=CE=C1"))
+    assert "Анна" in row
 
 
 @pytest.mark.parametrize(
