@@ -71,7 +71,7 @@ def parse_body(data: bytes, kind: Any) -> Any:
     except (msgspec.MsgspecError, UnicodeDecodeError, RecursionError) as error:
         what, _, where = str(error).partition(" - at `$")
         field = where.rstrip("`").lstrip(".")
-        if isinstance(error, UnicodeDecodeError):
+        if isinstance(error, UnicodeDecodeError) or "UTF-8" in what:  # by the version of msgspec
             what = "it is no UTF-8"
         if "matching regex" in what:
             what = "this is no such name or length"

@@ -169,6 +169,20 @@ def test_refusals_stand_where_the_text_is(page):
     page.locator(".told", has_text="1 line").wait_for()
 
 
+def test_a_page_that_was_left_while_it_came_changes_nothing(page):
+    held = []
+    page.route("**/api/drafts/own", lambda asked: held.append(asked))
+    with page.expect_request("**/api/drafts/own"):
+        page.goto(page.home + "#own")
+    page.get_by_role("link", name="All handwritings").click()
+    page.get_by_role("heading", name="All handwritings").wait_for()
+    with page.expect_response("**/api/drafts/texts"):
+        held[0].continue_()
+    page.evaluate("new Promise((done) => setTimeout(done))")
+    assert page.url.endswith("#hands")
+    page.unroute("**/api/drafts/own")
+
+
 def test_hands_are_shown_and_a_wrong_one_is_refused(page):
     page.set_viewport_size({"width": 1280, "height": 360})  # samples are of hands in view
     page.get_by_role("link", name="My hand", exact=True).click()

@@ -7,7 +7,7 @@
 /** @typedef {{before: {mean: number}, after: {mean: number}}} Check */
 /** @typedef {[string, ...string[][]]} Shades */
 import { blob, fileOf, request, takeAway, task, upload } from './api.js';
-import { button as plain, choice, field, guarded, h, handChoice, inkName, more as folded, picker, refusal as refusals, s, save, say, steps as row, tick, titled } from './dom.js';
+import { address, button as plain, choice, field, guarded, h, handChoice, inkName, more as folded, picker, refusal as refusals, s, save, say, steps as row, tick, titled } from './dom.js';
 import { picture as shown, progress } from './work.js';
 
 const TAKEN = '.png,.jpg,.jpeg,.tif,.tiff,.webp,.bmp';
@@ -113,7 +113,7 @@ export async function show(main, shared, [printerWanted, paperWanted]) {
     take(await step('state', { afresh }, 'looking'));
     if (state.resumed && !afresh && state.number > 1) panel.prepend(h('p', { class: 'quiet' }, `Going on with what was begun on ${state.begun.slice(0, 16).replace('T', ' at ')}. `, button('Start afresh', () => opened(true))));
   }
-  function take(/** @type {Snapshot} */ done) { window.history.replaceState(null, '', `#calibration/${encodeURIComponent(printer.value)}/${encodeURIComponent(paper.value)}`); state = done.facts; draw(); }
+  function take(/** @type {Snapshot} */ done) { address(main, `#calibration/${encodeURIComponent(printer.value)}/${encodeURIComponent(paper.value)}`); state = done.facts; draw(); }
 
   async function printed(/** @type {boolean} */ toPrinter) {
     const done = await step('pages', { to_printer: toPrinter }, toPrinter ? 'printing' : 'making the page');

@@ -132,6 +132,9 @@ export function machine() {
   try { return { ...usual, ...JSON.parse(localStorage.getItem('handout-machine') || '{}') }; } catch { return usual; }
 }
 
+/** The address says what is shown; a page that was left while it was coming says nothing.  @param {Element} page @param {string} hash */
+export const address = (page, hash) => { if (page.isConnected) history.replaceState(null, '', hash); };
+
 let gone = 0;
 /** Says a sentence at the edge of the window for a while.  @param {string} sentence */
 export function say(sentence) {

@@ -6,7 +6,7 @@
 /** @typedef {(quarters: number, x: number, y: number) => Promise<void>} Lay */
 import { follow, request, task, text as fetched } from './api.js';
 import { remember } from './drafts.js';
-import { ARROWS, button, choice, field, guarded, h, inkName, machine as chosenMachine, more, plotState, portChoice, refusal as refusals, s, say, tick, titled } from './dom.js';
+import { address, ARROWS, button, choice, field, guarded, h, inkName, machine as chosenMachine, more, plotState, portChoice, refusal as refusals, s, say, tick, titled } from './dom.js';
 import { alike, inOrder, writtenTo } from './replay.js';
 import { drawing } from './work.js';
 
@@ -303,7 +303,7 @@ export async function show(main, shared, [chosen]) {
   }
   async function choose(/** @type {string} */ name) {
     plot = await request('GET', `/api/plots/${name}`);
-    history.replaceState(null, '', `#jobs/${name}`);
+    address(main, `#jobs/${name}`);
     bar.value = plot.drawn_mm / Math.max(plot.pen_down_mm, 1e-9);
     view.forget();
     if (!plot.finished) devices.device.value = plot.device;

@@ -4,7 +4,7 @@
 /** @typedef {{id: string, name: string, text: HTMLTextAreaElement}} Scan */
 /** @typedef {((label: string, step: number, main?: boolean) => HTMLButtonElement) & {go: (step: number) => void}} Onward */
 import { blob, fileOf, heardOut, request, stillThere, takeAway, task, upload } from './api.js';
-import { button, choice, field, guarded, h, more, picker, refusal, s, save, say, steps, tick } from './dom.js';
+import { address, button, choice, field, guarded, h, more, picker, refusal, s, save, say, steps, tick } from './dom.js';
 import * as drafts from './drafts.js';
 import { fromPhone } from './from_phone.js';
 import { lineIn, picture, progress } from './work.js';
@@ -208,7 +208,7 @@ export async function show(main, shared, [asked] = []) {
     ][at](), wrong, own().length ? h('div', { class: 'which' }, field('Which handwriting', picked)) : '');
   }
   main.append(h('div', { class: 'flow' }, head, body));
-  history.replaceState(null, '', '#own');
+  address(main, '#own');
   if (asked) go(Number(asked) || 0); else draw();
   return () => shown.abort();
 }

@@ -5,7 +5,7 @@
 /** @typedef {{text: HTMLTextAreaElement, kind: HTMLSelectElement, hand: HTMLSelectElement, [name: string]: any}} Controls */
 import { request, task, blob, text as fetched, fileOf, stillThere, takeAway, upload } from './api.js';
 import * as drafts from './drafts.js';
-import { button, choice, field, guarded, h, handChoice, machine, picker, printersOf, refusal as refusals, s, save, say, SIZES, tick, titled } from './dom.js';
+import { address, button, choice, field, guarded, h, handChoice, machine, picker, printersOf, refusal as refusals, s, save, say, SIZES, tick, titled } from './dom.js';
 import { appear, play } from './replay.js';
 import { marks, moved } from './marks.js';
 import { drawing, picture, progress } from './work.js';
@@ -116,7 +116,7 @@ function called(text) {
 export async function show(main, shared, [hand]) {
   const kept = { ...await drafts.kept('draft'), ...(hand ? { hand, rewritten: [] } : {}) };
   for (const [name, id] of kept.pictures || []) if (kept.text.includes(`](${name})`)) sent.set(name, id); else takeAway(id);
-  if (hand) history.replaceState(null, '', '#write'); // once: another hand that is chosen here stays when the page is loaded anew
+  if (hand) address(main, '#write'); // once: another hand that is chosen here stays when the page is loaded anew
   const made = controls(shared.choices, kept);
   const [fallback, lend] = tick('Lend letters that the hand lacks', { checked: kept.fallback ?? true });
   const [fitting, fit] = tick('Write smaller what does not fit', { checked: kept.fit ?? false });
