@@ -135,8 +135,12 @@ def _find_header(path: Path, sheet: TableSheet, assignments: Sequence[ColumnAssi
         return _Headed(path, sheet, 0, [Column(n, "") for n in range(1, width + 1)], (note,))
     above = [n for n in candidates if n < header]
     verb = "is" if len(above) == 1 else "are"
-    skipped = (f"{rows.name_rows(above)} above the header {verb} not read",) if above else ()
-    return _Headed(path, sheet, header, columns_of[header], skipped)
+    notes = [f"{rows.name_rows(above)} above the header {verb} not read"] if above else []
+    if not assignments and all(column.role is None for column in columns_of[header]):
+        named = ", ".join(column.header for column in columns_of[header][: units.MOST_NAMED] if column.header)
+        below = "if it is a row like those below, write headings above it"
+        notes.append(f"row {header} is taken for the headings, none of which is known ({named}): {below}")
+    return _Headed(path, sheet, header, columns_of[header], tuple(notes))
 
 
 def _header_row(columns_of: Mapping[int, Sequence[Column]], assignments: Sequence[ColumnAssignment]) -> int:
@@ -185,7 +189,7 @@ def _records_below(table: _Headed) -> tuple[list[tuple[int, TableRecord]], list[
             records.append((n, record))
     if not records:
         where = f"below the header in row {table.header}" if table.header else "in it"
-        raise TableError(f"{table.path}: there are no addresses {where}.")
+        raise TableError(f"{table.path}: there are no rows {where}.")
     verb = "is" if len(repeated) == 1 else "are"
     notes = [f"the header comes again in {rows.name_rows(repeated)}, which {verb} skipped"] if repeated else []
     return records, [*_encoding_note(table.sheet, records), *notes, *_unseen_note(records)]
