@@ -76,8 +76,6 @@ _LINE = "0 LWPOLYLINE|5 {:X}|330 1F|100 AcDbEntity|8 {}{}|100 AcDbPolyline|90 {}
 def to_dxf(drawing: Drawing, *, colour: str = "#1a1a2e", by: layers.By = "ink") -> bytes:
     """The strokes of a page as a DXF file; see the top of this file.
 
-    Parameters
-    ----------
     colour : ``"#rrggbb"``, of strokes without a colour of their own.
     by : what a layer is, see `layers.layers`.
     """

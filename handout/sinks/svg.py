@@ -128,18 +128,11 @@ def to_svg(
     hidden, and shown by the class ``show-travel`` on the root, by ``file.svg#travel`` or by the key T.  A click, the
     key P or ``file.svg#play`` replays the writing at its own speed.
 
-    Parameters
-    ----------
-    drawing : Drawing
-    pen_width : float
-        mm, of strokes without a width of their own.  A stroke whose width varies, or of a flat nib, is drawn in its
-        greatest width and clipped to its mark; ``data-w`` (µm) has its width at the knots, ``data-nib`` its edge.
-    colour : str
-        ``"#rrggbb"``, of strokes without a colour of their own.
-    show_travel : bool
-        Show the moves between strokes from the beginning, in programs that do not know the style sheet too.
-    by : "ink", "line" or "word"
-        What a layer is, see `layers.layers`.
+    pen_width : mm, of strokes without a width of their own.  A stroke whose width varies, or of a flat nib, is drawn in
+        its greatest width and clipped to its mark; ``data-w`` (µm) has its width at the knots, ``data-nib`` its edge.
+    colour : ``"#rrggbb"``, of strokes without a colour of their own.
+    show_travel : show the moves between strokes from the beginning, in programs that do not know the style sheet too.
+    by : "ink", "line" or "word": what a layer is, see `layers.layers`.
 
     Raises InputError: no such colour, or a pen width outside 0.02–50 mm.
     """
