@@ -129,8 +129,7 @@ def text_of(words: Sequence[str], file: str | None, listener: Listener = SILENT)
     if file is None and len(words) == 1 and is_file(words[0]):
         file = words[0]
     if file is None and list(words) != ["-"]:
-        if len(words) == 1 and " " not in words[0] and len(words[0]) <= _LONGEST_NAME:
-            _refuse_missing_file(Path(words[0]))
+        _refuse_missing_file(" ".join(words))
         return " ".join(words)
     name = "standard input" if file in (None, "-") else str(file)
     if Path(name).suffix.lower() in _DRAWINGS:
@@ -142,9 +141,11 @@ def text_of(words: Sequence[str], file: str | None, listener: Listener = SILENT)
     return decode_text(data, name, listener)
 
 
-def _refuse_missing_file(path: Path) -> None:
+def _refuse_missing_file(word: str) -> None:
     """Raise InputError if a word must mean a file, by suffix, folder or a file nearly so called, and is none."""
-    near = list[str]()
+    path, near = Path(word), list[str]()
+    if " " in word or len(word) > _LONGEST_NAME:
+        return
     if path.suffix and path.parent.is_dir():
         near = difflib.get_close_matches(path.name, [file.name for file in path.parent.iterdir()], 1, _NEARLY)
     inside = path.parent != Path() and path.name and path.parent.is_dir()

@@ -124,12 +124,8 @@ def _find_header(path: Path, sheet: TableSheet, assignments: Sequence[ColumnAssi
         return _Headed(path, sheet, 0, [Column(n, "") for n in range(1, width + 1)], (note,))
     above = [n for n in candidates if n < header]
     verb = "is" if len(above) == 1 else "are"
-    notes = [f"{rows.name_rows(above)} above the header {verb} not read"] if above else []
-    if not assignments and all(column.role is None for column in columns_of[header]):
-        named = ", ".join(column.header for column in columns_of[header][: units.MOST_NAMED] if column.header)
-        below = "if it is a row like those below, write headings above it"
-        notes.append(f"row {header} is taken for the headings, none of which is known ({named}): {below}")
-    return _Headed(path, sheet, header, columns_of[header], tuple(notes))
+    skipped = (f"{rows.name_rows(above)} above the header {verb} not read",) if above else ()
+    return _Headed(path, sheet, header, columns_of[header], skipped)
 
 
 def _header_row(columns_of: Mapping[int, Sequence[Column]], assignments: Sequence[ColumnAssignment]) -> int:
@@ -181,7 +177,15 @@ def _records_below(table: _Headed) -> tuple[list[tuple[int, TableRecord]], list[
         raise TableError(f"{table.path}: there are no rows {where}.")
     verb = "is" if len(repeated) == 1 else "are"
     notes = [f"the header comes again in {rows.name_rows(repeated)}, which {verb} skipped"] if repeated else []
-    return records, [*_encoding_note(table.sheet, records), *notes, *_unseen_note(records)]
+    return records, [*_headings_note(table), *_encoding_note(table.sheet, records), *notes, *_unseen_note(records)]
+
+
+def _headings_note(table: _Headed) -> Iterator[str]:
+    """A note on a header of which nothing is known: it may be a row of the table."""
+    if table.header and all(column.role is None for column in table.columns):
+        named = ", ".join(column.header for column in table.columns[: units.MOST_NAMED] if column.header)
+        below = "if it is a row like those below, write headings above it"
+        yield f"row {table.header} is taken for the headings, none of which is known ({named}): {below}"
 
 
 def _encoding_note(sheet: TableSheet, records: Sequence[tuple[int, TableRecord]]) -> Iterator[str]:
