@@ -503,7 +503,8 @@ def _complaint(missing: dict[str, list[str]], hand: Repertoire, fallback: bool, 
     ]
     more = f", and {len(missing) - _MOST_NAMED} others" if len(missing) > _MOST_NAMED else ""
     few = f"; it can write only {''.join(sorted(hand.letters))}" if 0 < len(hand.letters) < _FEW else ""
-    return f"The hand {hand.name} has no form for {', '.join(named)}{more}{few}: {_way_out(missing, hand, fallback, spared)}."
+    way_out = _way_out(missing, hand, fallback, spared)
+    return f"The hand {hand.name} has no form for {', '.join(named)}{more}{few}: {way_out}."
 
 
 def _way_out(missing: Collection[str], hand: Repertoire, fallback: bool, spared: Collection[str]) -> str:
@@ -515,11 +516,13 @@ def _way_out(missing: Collection[str], hand: Repertoire, fallback: bool, spared:
     which = f", which can supply {'all' if len(names) == len(missing) else ' '.join(names)} of them" if names else ""
     pictures = [grapheme for grapheme in missing if grapheme in spared]
     ways = [f"accept similar forms{which}"] if names or any(borrow(one, hand, 0) for one in missing) else []
-    ways += [f"leave {'it' if len(missing) == 1 else _pictures(pictures, missing)} out"] if pictures else []
+    ways += [f"leave {_pictures(pictures, missing)} out"] if pictures else []
     return "use another hand" + (f", or --fallback to {' and '.join(ways)}" if ways else "")
 
 
 def _pictures(pictures: Sequence[str], missing: Collection[str]) -> str:
+    if len(missing) == 1:
+        return "it"
     return "them" if len(pictures) == len(missing) else " ".join(map(_name, pictures[:_MOST_NAMED]))
 
 
