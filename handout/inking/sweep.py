@@ -125,9 +125,9 @@ def stock(hand: ScannedHand) -> Stock:
     radii = [page.graph.radius[some] / unit for page, some in zip(hand.pages, ink, strict=True)]
     usual = float(np.median(np.concatenate(radii))) if sum(map(len, radii)) else 1.0
     each, free_count = list[list[_StockLine]](), 0
-    for page, some in zip(hand.pages, ink, strict=True):
+    for scan, some in zip(hand.pages, ink, strict=True):
         if free_count < _ENOUGH:
-            each.append(list(_lines(page, some, usual, unit)))
+            each.append(list(_lines(scan, some, usual, unit)))
             free_count += sum(int(line.free.sum()) for line in each[-1])
     lines = [line for lines in each for line in lines]
     if free_count < _FEWEST:

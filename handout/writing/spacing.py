@@ -33,6 +33,8 @@ from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import solveh_banded
+from scipy.linalg.lapack import dpotrf, dpotrs, dtrtri
 
 from handout.hand import measures
 from handout.hand.learnt import learnt
@@ -505,27 +507,17 @@ def smoothed(height: Array, rise: Array, deviation: Array, hold: float = 1.0) ->
     rise, deviation : (n − 1,) float: of each letter over the one before it.
     """
     weight = deviation**-2.0
-    diagonal = np.full(len(height), hold**-2.0)
-    diagonal[:-1] += weight
-    diagonal[1:] += weight
+    band = np.zeros((2, len(height)))
+    band[0, 1:] = -weight
+    band[1] = hold**-2.0
+    band[1, :-1] += weight
+    band[1, 1:] += weight
     # the unknown is what the line departs from its own heights by: where they agree with the rises it is nothing
     pull = weight * (rise - np.diff(height))
     force = np.zeros(len(height))
     force[1:] += pull
     force[:-1] -= pull
-    return np.asarray(height + _solve_tridiagonal(diagonal.tolist(), (-weight).tolist(), force.tolist()))
-
-
-def _solve_tridiagonal(diagonal: list[float], beside: list[float], right: list[float]) -> list[float]:
-    """Solve a symmetric positive definite system by L D Lᵀ; in place.  scipy's takes longer to load than a sentence."""
-    for k, off in enumerate(beside):
-        beside[k] = factor = off / diagonal[k]
-        diagonal[k + 1] -= factor * off
-        right[k + 1] -= right[k] * factor
-    right[-1] /= diagonal[-1]
-    for k in range(len(beside) - 1, -1, -1):
-        right[k] = right[k] / diagonal[k] - right[k + 1] * beside[k]
-    return right
+    return np.asarray(height + solveh_banded(band, force))
 
 
 def height_model(forms: Forms, near: Neighbours) -> HeightModel:
@@ -567,8 +559,6 @@ def _rise_deviation(pairs: Indices, rest: Array, marks: NDArray[np.bool_]) -> fl
 
 def _predicted_heights(forms: Forms) -> Array:
     """(n,) the height that a glyph's shape tells by what the other glyphs have."""
-    from scipy.linalg.lapack import dpotrf, dpotrs, dtrtri
-
     height, sample = forms.centre[:, 1], np.flatnonzero(~forms.marks)
     if len(sample) < _ENOUGH:
         return height.copy()
