@@ -86,8 +86,8 @@ def manuscripts(
     blind = [name for name, seen in (("fit", fit), ("unlike", likeness)) if not seen]
     # an index keeps the costs that it has worked out: this one is asked only here, and nothing was set before
     index, model = scanned_words._learnt(hand)[:2]
-    known = {"index_glyphs": lambda hand: replace(index), "layout_model": lambda hand: model}
-    with patch.multiple(scanned_words, **known):
+    given = lambda _: replace(index), lambda _: model
+    with patch.multiple(scanned_words, index_glyphs=given[0], layout_model=given[1]):
         anew = scanned_words._learnt.__wrapped__(hand)
     parts.append((scanned_words, "_learnt", lambda hand: anew))
     if blind:

@@ -33,8 +33,8 @@ _AWAY = 0.15  # weight of no shift, against those of the targets
 _ENOUGH = 5  # instances from which on a letter's range is measured
 _SUREST = 10  # per cent of the letters
 _PRIOR = 4.0  # instances that the deviation common to all letters counts as
-_EVEN = np.eye(2)
 _TRIES = (1.0, 0.7, 0.5)
+_EVEN = np.eye(2)  # the affine map that leaves everything where it is
 VERSION = 2  # of what is kept of a hand; tests/hand/test_house_scanned.py says when to raise it
 
 
