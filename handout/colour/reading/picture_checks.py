@@ -1,7 +1,7 @@
 """Checks of a scan as a picture: where the page lies in it, its size, its file format, its tones.
 
-Add a check: a function of a `SampledPage` that gives findings, called in `check_picture`.  Faults of the print, which show in the patches, are checked in `print_checks`; the amount of ink in
-`calibrating.print_diagnosis`.
+Add a check: a function of a `SampledPage` that gives findings, called in `check_picture`.  Faults of the print, which
+show in the patches, are checked in `print_checks`; the amount of ink in `calibrating.print_diagnosis`.
 """
 
 from __future__ import annotations
