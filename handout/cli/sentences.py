@@ -41,6 +41,7 @@ def tell_letters(tally: Tally) -> str:
         formulas = (
             f" Taken as {'a formula:' if count == 1 else f'{count} formulas, the first'} {first}; \\$ is the sign."
         )
+    slips = f" {units.count(len(tally.slips), 'slip')} of the pen struck out." if tally.slips else ""
     order, guessed = "", len(tally.order)
     if _MANY * guessed > tally.characters:
         order = (
@@ -48,7 +49,7 @@ def tell_letters(tally: Tally) -> str:
             f"{tally.order[0]['word']}: it is guessed; say in the studio, letter by letter, how one is written, and "
             "its like follow."
         )
-    return f"{tell_lent(tally)}{tell_doubts(tally)}{tell_slips(tally)}{order}{formulas}"
+    return f"{tell_lent(tally)}{tell_doubts(tally)}{slips}{order}{formulas}"
 
 
 def tell_lent(tally: Tally) -> str:
@@ -71,11 +72,6 @@ def tell_lent(tally: Tally) -> str:
         if doubtful
         else ""
     )
-
-
-def tell_slips(tally: Tally) -> str:
-    """One sentence about the words that were struck out; "" where there are none."""
-    return f" {units.count(len(tally.slips), 'slip')} of the pen struck out." if tally.slips else ""
 
 
 def tell_doubts(tally: Tally) -> str:

@@ -182,7 +182,6 @@ class PrinterPage(_ForPrinter):
     calibrated: bool = True
 
     def __call__(self, number: int, page: BatchPage) -> PreparedPage:
-        """See `Prepare`."""
         feeding = Feeding.for_page(page.drawing.page, self.fed(page.drawing.page))
         page = page if self.calibrated else replace(page, calibrate=None)
         pixels = feeding.pixels(page.pixels(self.dpi))
@@ -196,7 +195,6 @@ class PdfPage(_ForPrinter):
     dpi: int
 
     def __call__(self, number: int, page: BatchPage) -> PreparedPage:
-        """See `Prepare`."""
         return self._finish_page(page, picture_pdf.page_picture(page.drawing.page, page.pixels(self.dpi)).pack())
 
 
@@ -207,5 +205,4 @@ class PicturePage(_ForPrinter):
     path: Path
 
     def __call__(self, number: int, page: BatchPage) -> PreparedPage:
-        """See `Prepare`."""
         return self._finish_page(page, page.file(self.path))

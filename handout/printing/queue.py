@@ -120,7 +120,6 @@ class Queue(ABC):
         """
 
     def follow(self, job: str, title: str) -> Outcome:
-        """See `Device`."""
         return Outcome("completed")
 
     @abstractmethod
@@ -128,7 +127,6 @@ class Queue(ABC):
         """See `Device`."""
 
     def cancel(self, job: str, title: str) -> Outcome:
-        """See `Device`."""
         return self.outcome(job, title)
 
 

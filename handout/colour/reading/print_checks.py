@@ -1,14 +1,12 @@
 """What is wrong with the print of a chart: lost tones, spoilt patches, a printer that prints badly or interferes.
 
-Add a check of one page: a function of `ReadPage` that gives findings, and its name in `PAGE_CHECKS`.  Add a check of
-the printer, in all colours that were read: a function of device colours (n, 3), what was read of them (n, 3) and its
-standard error (n,), and its name in `PRINTER_CHECKS`.  Both lists are at the end of the file.
+Add a check of the tones of one page in `check_tones`.  Add a check of the printer, in all colours that were read: a
+function of device colours (n, 3), what was read of them (n, 3) and its standard error (n,), called in `check_printer`.
 """
 
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -386,19 +384,7 @@ def _check_twins(device: Array, scanned: Array, _: Array) -> list[ScanFinding]:
     return [ScanFinding("identical", severity, sentence)]
 
 
-PAGE_CHECKS: tuple[Callable[[ReadPage], list[ScanFinding]], ...] = (check_tones,)
-PRINTER_CHECKS: tuple[Callable[[Array, Array, Array], list[ScanFinding]], ...] = (
-    _check_rank,
-    _check_ramps,
-    _check_twins,
-)
-
-
-def check_page(sheet: ReadPage) -> list[ScanFinding]:
-    """All findings about the print on one page, but for stripes and spoilt patches."""
-    return [finding for check in PAGE_CHECKS for finding in check(sheet)]
-
-
 def check_printer(device: Array, scanned: Array, deviation: Array) -> list[ScanFinding]:
     """All findings about the printer, from all colours: device (n, 3), read (n, 3) and its standard error (n,)."""
-    return [finding for check in PRINTER_CHECKS for finding in check(device, scanned, deviation)]
+    checks = _check_rank, _check_ramps, _check_twins
+    return [finding for check in checks for finding in check(device, scanned, deviation)]
