@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Any
 import msgspec
 
 from handout import atomic, profiles, shipped
-from handout.errors import InputError
+from handout.errors import InputError, reported
 
 if TYPE_CHECKING:
     from handout.colour.models.forward import Patches
@@ -279,11 +279,9 @@ def _place(printer: str, paper: str, date: datetime) -> Path:
 @contextlib.contextmanager
 def _new_folder(place: Path) -> Iterator[Path]:
     """A folder that takes the place of `place` when the block ends without an error."""
-    try:
+    with reported(f"write {place}"):
         place.parent.mkdir(parents=True, exist_ok=True)
         work = Path(tempfile.mkdtemp(dir=place.parent, prefix=".new-"))
-    except OSError as error:
-        raise InputError(f"Cannot write {place}: {error.strerror or error}.") from error
     try:
         yield work
         if place.exists():

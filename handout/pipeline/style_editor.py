@@ -19,7 +19,7 @@ import numpy as np
 from msgspec.structs import replace as replaced
 
 from handout import atomic, shipped
-from handout.errors import InputError
+from handout.errors import InputError, reported
 from handout.motion.learned.model import LearnedMovement
 from handout.motion.optimal_control import targets_through
 from handout.motion.styles import restyling, style_file, target_plans, targets
@@ -125,10 +125,8 @@ def _find_model(base: str) -> LearnedMovement | None:
     if not base:
         return None
     place = path_of(base)
-    try:
+    with reported(f"read {place}"):
         return _model(place, place.stat().st_mtime_ns)
-    except OSError as error:
-        raise InputError(f"Cannot read {place}: {error.strerror or error}.") from error
 
 
 @lru_cache(maxsize=4)

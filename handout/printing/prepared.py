@@ -16,7 +16,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Self
 
-from handout.errors import InputError
+from handout.errors import InputError, reported
 from handout.inking.device_pixels import Calibrate, DevicePixels, device_pixels
 from handout.printing import media
 from handout.printing.documents import WRITERS
@@ -103,10 +103,8 @@ class Destination(ABC):
     def keep(self, name: str, data: bytes) -> Path:
         """Keep a page under a name; where."""
         path = self._folder / name
-        try:
+        with reported(f"keep a page in {self._folder}"):
             path.write_bytes(data)
-        except OSError as error:
-            raise InputError(f"Cannot keep a page in {self._folder}: {error.strerror or error}.") from error
         return path
 
     @abstractmethod

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Literal, Protocol
 
 from handout import atomic
-from handout.errors import InputError, PrinterError
+from handout.errors import PrinterError, reported
 from handout.values import Page
 
 Say = Callable[[str], object]
@@ -139,10 +139,8 @@ class FolderQueue(Queue):
         Raises InputError: the folder cannot be made.
         """
         self._folder, self.name, self.format = folder, str(folder), format
-        try:
+        with reported(f"make the folder {folder}"):
             folder.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise InputError(f"Cannot make the folder {folder}: {error.strerror or error}.") from error
 
     def send(self, page: Path, ticket: Ticket) -> str:
         """Keep one page; the name of its file without the ending."""
