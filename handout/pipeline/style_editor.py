@@ -54,9 +54,13 @@ def style_of(draft: StyleDraft) -> Style:
     Raises InputError: a value that none can have; the message names its key.
     """
     place = Path(f"{draft.name}.style" if draft.base else f"{draft.name}.toml")
-    made = of_table(_tables(draft), place)
+    made, model = of_table(_tables(draft), place), None
+    if draft.base:
+        base = path_of(draft.base)
+        with reported(f"read {base}"):
+            model = _model(base, base.stat().st_mtime_ns)
     try:
-        return check_style(replaced(made, model=_find_model(draft.base)))
+        return check_style(replaced(made, model=model))
     except ValueError as error:
         raise InputError(f"{place}: {error}") from error
 
@@ -119,14 +123,6 @@ def _plain(value: typing.Any) -> StyleValue:
     if isinstance(value, Time):
         return round(1e3 * value, 6)
     return typing.cast(StyleValue, value)
-
-
-def _find_model(base: str) -> LearnedMovement | None:
-    if not base:
-        return None
-    place = path_of(base)
-    with reported(f"read {place}"):
-        return _model(place, place.stat().st_mtime_ns)
 
 
 @lru_cache(maxsize=4)
