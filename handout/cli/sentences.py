@@ -78,13 +78,11 @@ def tell_doubts(tally: Tally) -> str:
     """One sentence about the words that strangers may misread; "" where there are none."""
     if not tally.doubtful:
         return ""
-    named = [f"{doubt['word']} as {doubt['reads_as'] or 'nothing'}" for doubt in tally.doubtful[: units.MOST_NAMED]]
-    more = len(tally.doubtful) - len(named)
+    named = units.listed(f"{doubt['word']} as {doubt['reads_as'] or 'nothing'}" for doubt in tally.doubtful)
     (letter, count), *_ = Counter(doubt["letter"] for doubt in tally.doubtful).most_common(1)
     return (
-        f" May be misread: {', '.join(named)}{f' and {more} more' if more else ''}"
-        f"{f' ({count} for {letter})' if 1 < count < len(tally.doubtful) else ''}; other seeds choose other letters, "
-        "--legible clearer ones."
+        f" May be misread: {named}{f' ({count} for {letter})' if 1 < count < len(tally.doubtful) else ''}; "
+        "other seeds choose other letters, --legible clearer ones."
     )
 
 

@@ -282,8 +282,7 @@ class _Fields:
         sentences = []
         for names, phrase in said:
             if names:
-                more = f" and {len(names) - _MOST_NAMED} more" if len(names) > _MOST_NAMED else ""
-                listed = ", ".join(names[:_MOST_NAMED]) + more
+                listed = units.listed(names, _MOST_NAMED)
                 sentences.append(phrase.format(f"{listed} {'is' if len(names) == 1 else 'are'}"))
         signed = (each for each in form.get("/Fields", ()) if str(each.get("/FT", "")) == "/Sig")
         if int(form.get("/SigFlags", 0)) & 1 and any(find_inherited(each, "/V") is not None for each in signed):

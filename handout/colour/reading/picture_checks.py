@@ -16,7 +16,7 @@ from handout import units
 from handout.colour.chart import MARKS, ChartPage
 from handout.colour.reading.patch_means import Sampled
 from handout.colour.reading.registration import ChartPlacement
-from handout.colour.reading.scan_files import GREY, ChartScan, ScanFinding, Severity, list_names
+from handout.colour.reading.scan_files import GREY, MOST_NAMED, ChartScan, ScanFinding, Severity
 
 LEAST_PIXELS = 10.0  # a patch's side
 
@@ -152,8 +152,8 @@ def of_marks(scanned: SampledPage) -> list[ScanFinding]:
     if len(missing):
         sentence = (
             f"The {_cut_edges(page, sampled.inside)} of the chart is cut off, and with it {len(missing)} of "
-            f"{units.count(len(names), 'patch', 'patches')} ({list_names(missing)}): lay the page so that all of it is "
-            "scanned."
+            f"{units.count(len(names), 'patch', 'patches')} ({units.listed(missing, MOST_NAMED)}): lay the page so "
+            "that all of it is scanned."
         )
         findings.append(ScanFinding("cropped", "refuse", sentence, source, tuple(missing.tolist())))
     height, width = scan.pixels.shape[:2]

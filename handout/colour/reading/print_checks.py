@@ -13,9 +13,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from handout import units
 from handout.colour.reading.patch_means import BLOCKS, Shading
 from handout.colour.reading.picture_checks import SampledPage
-from handout.colour.reading.scan_files import ScanFinding, list_names
+from handout.colour.reading.scan_files import MOST_NAMED, ScanFinding
 from handout.values import Array
 
 
@@ -146,11 +147,13 @@ def spoilt_patches(sheet: ReadPage, ideal: Array, grainy: bool = False) -> tuple
     bad = inside & (far | (dusty & (odd > 2 * BOUNDS.odd)))
     if bad.sum() > BOUNDS.many * len(inside):
         what = "there is glare, or something" if bright[bad].mean() > 0.8 else "something"
+        names = _names(sheet, bad)
         sentence = (
-            f"{bad.sum()} of {len(inside)} patches look unlike their colour ({list_names(_names(sheet, bad))}): {what} "
-            "covers part of the chart, or it is another print. Clean the glass, lay the page flat and scan it again."
+            f"{bad.sum()} of {len(inside)} patches look unlike their colour ({units.listed(names, MOST_NAMED)}): "
+            f"{what} covers part of the chart, or it is another print. Clean the glass, lay the page flat and scan it "
+            "again."
         )
-        return bad, [ScanFinding("blemish", "refuse", sentence, sheet.source, _names(sheet, bad))]
+        return bad, [ScanFinding("blemish", "refuse", sentence, sheet.source, names)]
     return bad, _blemishes(sheet, bad, dusty, bright)
 
 
@@ -208,7 +211,7 @@ def _blemishes(
             names = _names(sheet, mask)
             noun = "patch" if len(names) == 1 else "patches"
             sentence = (
-                f"There is {what} on {noun} {list_names(names)}; {done}. Clean the glass "
+                f"There is {what} on {noun} {units.listed(names, MOST_NAMED)}; {done}. Clean the glass "
                 "and the page, lay it flat, and scan it again."
             )
             findings.append(ScanFinding("blemish", "warn", sentence, sheet.source, names))
