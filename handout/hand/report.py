@@ -148,10 +148,7 @@ def _dots(picture: Pixels, page: ScannedPage, vertices: NDArray[np.intp], colour
 
 
 def cutout(hand: ScannedHand, number: int) -> tuple[Pixels, tuple[int, int]]:
-    """The ink of one glyph.
-
-    Returns (h, w, 4) uint8, and (x, y) of its first pixel in the picture of its page.
-    """
+    """The ink of one glyph. Returns (h, w, 4) uint8, and (x, y) of its first pixel in the picture of its page."""
     import cv2
 
     glyph, page = hand.glyphs[number], hand.pages[hand.glyphs[number].page]

@@ -264,10 +264,7 @@ def _differences(values: Array) -> NDArray[np.int32]:
 
 
 def load(path: Path, data: bytes | None = None) -> PoseLibrary:
-    """Read a ``.pose`` file.
-
-    Raises InputError: it cannot be read, is damaged, or is of a later version.
-    """
+    """Read a ``.pose`` file. Raises InputError: it cannot be read, is damaged, or is of a later version."""
     with archive.Archive(path, data) as file:
         head = file.json("pose.json", LibraryHead)
         archive.check_version(path, (head.format, head.version), (_FORMAT, _VERSION))
