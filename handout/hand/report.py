@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable
 from operator import itemgetter
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,9 +13,6 @@ from numpy.typing import NDArray
 from handout.hand.places import PLACES
 from handout.hand.scanned import ScannedHand, ScannedPage
 from handout.hand.vetting import vet
-
-if TYPE_CHECKING:
-    pass
 
 LEAST = 8  # instances of a letter that let the choice vary (seed 000, §6.2.1)
 
