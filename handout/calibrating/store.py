@@ -215,10 +215,7 @@ def build_stored(patches: Patches, printer: str, paper: str, scanner: str = "", 
 
 
 def load(place: Path) -> Calibration:
-    """The calibration in a folder, or of a colour table's file.
-
-    Raises InputError: it is none.
-    """
+    """The calibration in a folder, or of a colour table's file. Raises InputError: it is none."""
     if place.is_dir():
         about, table_file, home = read_json(place / ABOUT), place / TABLE, place
     else:
@@ -253,10 +250,7 @@ def newest(printer: str, paper: str = "") -> Calibration | None:
 
 
 def find_wanted(printer: str, paper: str = "") -> Calibration:
-    """As `newest`, where there has to be one.
-
-    Raises InputError: there is none; the message lists what there is.
-    """
+    """As `newest`, where there has to be one. Raises InputError: there is none; the message lists what there is."""
     calibration = newest(printer, paper)
     if calibration is not None:
         return calibration

@@ -87,10 +87,7 @@ def table(kind: str, keywords: Mapping[str, str], columns: Mapping[str, Sequence
 
 
 def read_tables(path: Path) -> tuple[CgatsTable, ...]:
-    """The tables of a file.
-
-    Raises InputError: unreadable, or not CGATS; the message names the line.
-    """
+    """The tables of a file. Raises InputError: unreadable, or not CGATS; the message names the line."""
     with reported(f"read {path}"):
         data = path.read_bytes()
     if b"\0" in data:
@@ -122,10 +119,7 @@ def dumps(tables: Sequence[CgatsTable]) -> str:
 
 
 def write(path: Path, tables: Sequence[CgatsTable]) -> None:
-    """Write tables to a file.
-
-    Raises InputError: it cannot be written.
-    """
+    """Write tables to a file. Raises InputError: it cannot be written."""
     atomic.write(path, dumps(tables).encode("utf-8"))
 
 

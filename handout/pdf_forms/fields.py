@@ -102,10 +102,7 @@ class PdfForm:
 
 @contextmanager
 def open_pdf(path: Path) -> Iterator[Any]:
-    """Open a PDF with pikepdf.
-
-    Raises InputError: the library is missing; not a PDF, damaged, locked, or too large.
-    """
+    """Open a PDF with pikepdf. Raises InputError: the library is missing; not a PDF, damaged, locked, or too large."""
     try:
         import pikepdf
     except ImportError as error:

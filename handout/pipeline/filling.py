@@ -53,10 +53,7 @@ class FieldList(Result):
 
 
 def fields_of(form: str | Path) -> FieldList:
-    """What a form asks for.
-
-    Raises InputError: it cannot be read, or has no fields.
-    """
+    """What a form asks for. Raises InputError: it cannot be read, or has no fields."""
     read = read_form(Path(form))
     return FieldList(read, notes=_notes(read))
 

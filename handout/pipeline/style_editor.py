@@ -49,10 +49,7 @@ _SAID = {
 
 
 def style_of(draft: StyleDraft) -> Style:
-    """A draft as a style.
-
-    Raises InputError: a value that none can have; the message names its key.
-    """
+    """A draft as a style. Raises InputError: a value that none can have; the message names its key."""
     place = Path(f"{draft.name}.style" if draft.base else f"{draft.name}.toml")
     made, model = of_table(_tables(draft), place), None
     if draft.base:

@@ -81,10 +81,7 @@ def open_document(
     sheet: SheetOptions = SheetOptions(),
     picture: PictureOptions = PictureOptions(),
 ) -> Document:
-    """A source with its options.
-
-    Raises InputError: an option is wrong, or a hand is missing.
-    """
+    """A source with its options. Raises InputError: an option is wrong, or a hand is missing."""
     if source.letter is not None:
         from handout.pipeline.letters import prepare_letter
 

@@ -78,10 +78,7 @@ _FRAME = 12.0
 
 
 def narrow_profiles(firmware: KnownFirmware, words: str, clues: Clues) -> Fitting:
-    """The profile of a machine, or the two that it may have.
-
-    words : its firmware, in its own words.
-    """
+    """The profile of a machine, or the two that it may have; `words` : its firmware, in its own words."""
     candidates = firmware.profiles
     for find in (_by_name, _by_objects, _by_travel, _by_chip):
         found, why = find(candidates, words, clues)

@@ -134,10 +134,7 @@ class FolderQueue(Queue):
     """A folder that receives each page as a file, as a printer would, called as the row is."""
 
     def __init__(self, folder: Path, format: str = "pdf") -> None:
-        """Make the folder; `format` is a key of `documents.WRITERS`.
-
-        Raises InputError: the folder cannot be made.
-        """
+        """Make the folder; `format` is a key of `documents.WRITERS`. Raises InputError: the folder cannot be made."""
         self._folder, self.name, self.format = folder, str(folder), format
         with reported(f"make the folder {folder}"):
             folder.mkdir(parents=True, exist_ok=True)
