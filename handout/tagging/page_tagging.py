@@ -232,16 +232,7 @@ def _notes(page: ScannedPage, alignment: Alignment, missing: Sequence[Missing]) 
         "its letters are kept as doubtful."
         for number in alignment.poor
     ]
-    notes += [
-        f"{page.source}, line {odd.line + 1}: "
-        + (
-            f"the page shows something beside “{odd.word}” that the text lacks"
-            if odd.more
-            else f"the text has “{odd.word}”, which the page seems not to show"
-        )
-        + "; put the text right, and read the page again."
-        for odd in alignment.odd
-    ]
+    notes += _word_notes(page.source, alignment.odd)
     if bare := [f"line {number + 1}" for number in range(len(page.baselines)) if number not in text]:
         notes.append(
             f"{page.source}: nothing of its text is on {list_names(bare)} of its {len(page.baselines)} lines of "
@@ -256,6 +247,17 @@ def _notes(page: ScannedPage, alignment: Alignment, missing: Sequence[Missing]) 
             f"{page.source}: no network has learnt {list_names(unlearnt)}; they are found by the Latin letters that "
             "they resemble, and words with them are not read again to doubt them: look at the letters."
         )
+    return notes
+
+
+def _word_notes(source: str, odd: Sequence[OddWord]) -> list[str]:
+    """Sentences of words by which lines and their texts seem to differ."""
+    notes = list[str]()
+    for one in odd:
+        what = f"the text has “{one.word}”, which the page seems not to show"
+        if one.more:
+            what = f"the page shows something beside “{one.word}” that the text lacks"
+        notes.append(f"{source}, line {one.line + 1}: {what}; put the text right, and read the page again.")
     return notes
 
 
