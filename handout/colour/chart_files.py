@@ -22,6 +22,7 @@ import handout
 from handout.colour import cgats, conversions
 from handout.colour.chart import CELLS, FRAME, Chart, ChartPage, dictionary, letters
 from handout.errors import InputError
+from handout.libraries import cv2
 from handout.values import Array, readonly
 
 if TYPE_CHECKING:
@@ -73,8 +74,6 @@ def _edges(boxes: NDArray[np.float64], scale: float) -> list[list[int]]:
 
 
 def _draw_marks(pixels: NDArray[np.uint8], page: ChartPage, scale: float) -> None:
-    import cv2
-
     for number, corners in zip(page.ids.tolist(), page.marks, strict=True):
         cells = np.asarray(cv2.aruco.generateImageMarker(dictionary(), number, CELLS))
         x, y = (np.rint(np.linspace(corners[0, k], corners[2, k], CELLS + 1) * scale).astype(int) for k in (0, 1))

@@ -36,6 +36,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from handout.colour import conversions
+from handout.libraries import cv2
 from handout.values import Array, Raster, readonly
 
 _DENSEST = 3.0  # density of what shows as 0, of which nothing is known but that it is dark
@@ -84,8 +85,6 @@ def strokes_in(density: Density, dpi: float, tone: Callable[[Density], Density] 
     dpi : pixels an inch.
     tone : (n, 3) → (n, 3), optional: densities as another scan shows them; edges are looked for in that.
     """
-    import cv2
-
     pixel = 25.4 / dpi
     shown = density if tone is None else tone(density.reshape(-1, 3)).reshape(density.shape)
     dark = cv2.GaussianBlur(shown.mean(axis=2).astype(np.float32), (0, 0), max(0.4, _SOFT / pixel))

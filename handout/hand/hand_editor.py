@@ -22,6 +22,7 @@ from handout.hand.ligatures import LigatureFinder
 from handout.hand.page_editor import PaintError
 from handout.hand.places import Place, graphemes, places, word_numbers
 from handout.hand.scanned import NOBODY, ScannedGlyph, ScannedHand, ScannedPage
+from handout.libraries import spatial
 from handout.values import Array, Indices, readonly_indices
 
 if TYPE_CHECKING:
@@ -304,12 +305,10 @@ class HandEditor:
         return self._owners[self._page]
 
     @property
-    def _tree(self) -> cKDTree:
+    def _tree(self) -> spatial.cKDTree:
         """The vertices of the page."""
-        from scipy.spatial import cKDTree
-
         if self._page not in self._trees:
-            self._trees[self._page] = cKDTree(self._scan.graph.uv)
+            self._trees[self._page] = spatial.cKDTree(self._scan.graph.uv)
         return self._trees[self._page]
 
     def _glyph(self, number: int) -> ScannedGlyph:
@@ -512,14 +511,12 @@ class HandEditor:
 
     def _join_nearest(self, first: Indices, second: Indices, most: float) -> None:
         """Put an edge where two letters that do not hang together come nearest, if that is within `most` mm."""
-        from scipy.spatial import cKDTree
-
         owner = np.sort(self._owner[self._scan.graph.edges], axis=1)
         pair = sorted((int(self._owner[first[0]]), int(self._owner[second[0]])))
         if (owner == pair).all(axis=1).any():
             return
         uv = self._scan.graph.uv
-        away, index = cKDTree(uv[second]).query(uv[first])
+        away, index = spatial.cKDTree(uv[second]).query(uv[first])
         if away.min() * self._scan.pixel <= most:
             nearest = int(away.argmin())
             self._scan = page_editor.join_vertices(self._scan, int(first[nearest]), int(second[index[nearest]]))

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from handout.errors import InputError
 from handout.hand.scanned import ScannedPage
+from handout.libraries import cv2
 
 TILE = 512  # pixels of a side of a tile
 _LEVELS = 6  # the coarsest: an A3 page at 1200 dpi is one tile
@@ -45,8 +46,6 @@ class Tiles:
         return self._tile(level, column, row)
 
     def _draw_tile(self, level: int, column: int, row: int) -> bytes:
-        import cv2
-
         height, width = (-(-side // 2**level) for side in self._shape)
         left, top = column * TILE, row * TILE
         right, low = min(left + TILE, width), min(top + TILE, height)
@@ -73,8 +72,6 @@ class Tiles:
 
     def _ground(self, level: int, box: tuple[int, int, int, int]) -> NDArray[np.float32]:
         """(h, w, 3) the paper of a square, blue first."""
-        import cv2
-
         left, top, right, low = box
         high, wide = self._paper.shape[:2]
         x = ((np.arange(left, right) + 0.5) * 2**level / self._shape[1] * wide - 0.5).astype(np.float32)
@@ -85,8 +82,6 @@ class Tiles:
 
     def _cut_scan(self, level: int, box: tuple[int, int, int, int]) -> NDArray[np.float32]:
         """(h, w, 3) the scan of a square, blue first."""
-        import cv2
-
         assert self._scan is not None
         left, top, right, low = box
         part = self._scan.pixels[top * 2**level : low * 2**level, left * 2**level : right * 2**level]
@@ -96,8 +91,6 @@ class Tiles:
 
 def _premultiply(part: Pixels, blue_first: bool) -> Pixels:
     """(h, w, 4) some straight pixels with blue first, their colours multiplied by their opacity."""
-    import cv2
-
     # the program does not care which colour is the first
     part = np.asarray(cv2.cvtColor(np.ascontiguousarray(part), cv2.COLOR_RGBA2mRGBA), dtype=np.uint8)
     return part if blue_first else np.ascontiguousarray(part[:, :, [2, 1, 0, 3]])
@@ -105,8 +98,6 @@ def _premultiply(part: Pixels, blue_first: bool) -> Pixels:
 
 def _halve(finer: Pixels, straight: bool, blue_first: bool) -> Pixels:
     """Half as large each way; `straight` pixels are laid first."""
-    import cv2
-
     height, width = finer.shape[:2]
     half = np.zeros((-(-height // 2), -(-width // 2), 4), dtype=np.uint8)
     for top in range(0, height, _ROWS):

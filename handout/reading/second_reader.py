@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.alphabet import JUNK, LETTERS, fold
+from handout.libraries import cv2
 from handout.reading.pictures import PictureReading
 from handout.reading.word_space import ABOVE, X_HEIGHT, normalised
 from handout.values import Array, Indices
@@ -51,8 +52,6 @@ class SecondReader:
         return [self._read(picture) for picture in pictures]
 
     def _read(self, picture: Array) -> PictureReading:
-        import cv2
-
         shown = _shown(normalised(picture))
         self.network.setInput(np.broadcast_to(2 * (1 - shown) - 1, (1, 3, *shown.shape)).astype(np.float32))
         threads = cv2.getNumThreads()
@@ -67,8 +66,6 @@ class SecondReader:
 
 def _shown(picture: NDArray[np.float32]) -> NDArray[np.float32]:
     """(_HEIGHT, w): the rows of a picture with ink, at least those of small letters, and some paper around."""
-    import cv2
-
     inked = np.flatnonzero(picture.max(axis=1) > 0)
     top = min(inked[0] if len(inked) else ABOVE, ABOVE - X_HEIGHT) - _ROOM[0]
     bottom = max(inked[-1] + 1 if len(inked) else ABOVE, ABOVE) + _ROOM[0]
@@ -87,8 +84,6 @@ def find() -> Path | None:
 @lru_cache(maxsize=1)
 def load() -> SecondReader | None:
     """The reader, or None where it is not installed, or OpenCV does not know its network."""
-    import cv2
-
     path = find()
     if path is None:
         return None

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from handout.libraries import ndimage
 from handout.values import Array, Indices
 
 _FINE = 256  # capacities are whole numbers of 1/256: of 1/16 they mislabel
@@ -85,10 +86,8 @@ def _cut_graph(
     weights: Weights,
     paint: NDArray[np.int8] | None,
 ) -> NDArray[np.bool_]:
-    from scipy.ndimage import label
-
     height, width = domain.shape
-    pieces, count = label(domain)
+    pieces, count = ndimage.label(domain)
     inside = np.flatnonzero(domain)
     piece = pieces.ravel()[inside]
     inside = inside[np.argsort(piece, kind="stable")]

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.branching import branches
+from handout.libraries import cv2
 from handout.scanning.density import Density
 from handout.scanning.mask import Mask
 from handout.scanning.scan import Scan
@@ -58,8 +59,6 @@ def find_line_graph(scan: Scan, mask: Mask, density: Density) -> LineGraph:
 
     Its `xy` and `radius` are in mm on the page, `uv` in pixels of the scan (0 is the middle of the first pixel).
     """
-    import cv2
-
     ink = fill_holes(mask.ink, scan.dpi)
     away = cv2.distanceTransform(ink.astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
     inside = np.asarray(away, dtype=np.float32)
@@ -151,8 +150,6 @@ def _find_neighbours(edges: Indices, count: int) -> tuple[Indices, Indices]:
 
 def sample_image(image: NDArray[np.float32], xy: Array) -> Array:
     """Values (…,) of an image at places (…, 2) in pixels, bilinear."""
-    import cv2
-
     flat = xy.reshape(-1, 2).astype(np.float32)
     values = np.empty(len(flat), dtype=np.float32)
     for start in range(0, len(flat), 30_000):  # remap takes no side above 32767

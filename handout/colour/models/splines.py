@@ -17,6 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from handout.branching import number_pieces
+from handout.libraries import spatial
 from handout.values import Array
 
 CLOSE = 0.5 / 255  # colours nearer than this are one: a spline through both would have to jump
@@ -51,9 +52,7 @@ def noise(device: Array, scanned: Array, deviation: Array) -> Array:
 
 def merge_close_rows(x: Array, y: Array, variances: Array) -> PreparedSamples:
     """Merge rows whose `x` are closer than `CLOSE`, each weighted by how well it is known."""
-    from scipy.spatial import KDTree
-
-    group = number_pieces(KDTree(x).query_pairs(CLOSE, output_type="ndarray"), len(x))
+    group = number_pieces(spatial.KDTree(x).query_pairs(CLOSE, output_type="ndarray"), len(x))
     weight = 1 / variances
     total = np.bincount(group, weight)
 
