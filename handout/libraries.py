@@ -10,8 +10,12 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     import cv2 as cv2
+    from scipy import interpolate as interpolate
     from scipy import ndimage as ndimage
+    from scipy import optimize as optimize
+    from scipy import sparse as sparse
     from scipy import spatial as spatial
+    from scipy.sparse import csgraph as csgraph
 else:
 
     class _Library:
@@ -25,4 +29,6 @@ else:
             value = self.__dict__[name] = getattr(import_module(self._module), name)
             return value
 
-    cv2, ndimage, spatial = map(_Library, ("cv2", "scipy.ndimage", "scipy.spatial"))
+    cv2 = _Library("cv2")
+    interpolate, ndimage, optimize = map(_Library, ("scipy.interpolate", "scipy.ndimage", "scipy.optimize"))
+    sparse, csgraph, spatial = map(_Library, ("scipy.sparse", "scipy.sparse.csgraph", "scipy.spatial"))

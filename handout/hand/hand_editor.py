@@ -22,7 +22,7 @@ from handout.hand.ligatures import LigatureFinder
 from handout.hand.page_editor import PaintError
 from handout.hand.places import Place, graphemes, places, word_numbers
 from handout.hand.scanned import NOBODY, ScannedGlyph, ScannedHand, ScannedPage
-from handout.libraries import spatial
+from handout.libraries import csgraph, sparse, spatial
 from handout.values import Array, Indices, readonly_indices
 
 if TYPE_CHECKING:
@@ -486,9 +486,6 @@ class HandEditor:
 
     def _adopt_vertices(self, new: NDArray[np.bool_]) -> set[int]:
         """Give each of some vertices (n,) to the letter that is nearest along their line; the letters that got any."""
-        from scipy.sparse import coo_matrix
-        from scipy.sparse.csgraph import dijkstra
-
         uv, edges = self._scan.graph.uv, self._scan.graph.edges
         near, at = np.unique(edges[new[edges].any(axis=1)], return_inverse=True)
         a, b = at.reshape(-1, 2).T
@@ -496,8 +493,8 @@ class HandEditor:
         if not len(ends):
             return set()
         length = np.linalg.norm(uv[near[a]] - uv[near[b]], axis=1) + 1e-6
-        line = coo_matrix((length, (a, b)), shape=(len(near), len(near)))
-        _, _, nearest = dijkstra(line, directed=False, indices=ends, return_predecessors=True, min_only=True)
+        line = sparse.coo_matrix((length, (a, b)), shape=(len(near), len(near)))
+        _, _, nearest = csgraph.dijkstra(line, directed=False, indices=ends, return_predecessors=True, min_only=True)
         found = np.flatnonzero(new[near] & (nearest >= 0))
         reached, owners = near[found], self._owner[near[nearest[found]]]
         for number in np.unique(owners).tolist():

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.hand.scanned import ScannedPage, Texture
-from handout.libraries import cv2, spatial
+from handout.libraries import csgraph, cv2, sparse, spatial
 from handout.values import Array, Indices, LineGraph
 
 
@@ -242,13 +242,10 @@ def vertices_along(graph: LineGraph, vertices: Indices, places: Array) -> Indice
     Source: P. Newson and J. Krumm, Hidden Markov map matching through noise and sparseness, ACM GIS 2009, with
     distances themselves as costs.
     """
-    from scipy.sparse import coo_matrix
-    from scipy.sparse.csgraph import shortest_path
-
     uv, (a, b) = graph.uv[vertices], graph.edges_between(vertices).T
     length = np.linalg.norm(uv[a] - uv[b], axis=1) + 1e-6
-    joined = coo_matrix((length, (a, b)), shape=(len(uv), len(uv)))
-    way, before = shortest_path(joined, directed=False, return_predecessors=True)
+    joined = sparse.coo_matrix((length, (a, b)), shape=(len(uv), len(uv)))
+    way, before = csgraph.shortest_path(joined, directed=False, return_predecessors=True)
     # over a gap in the ink the pen goes straight
     straight = _SETTINGS.gap * np.linalg.norm(uv[:, None] - uv, axis=2)
     over = way > straight

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from handout.libraries import ndimage
+from handout.libraries import interpolate, ndimage
 from handout.scanning.inks import PageInks
 from handout.scanning.scan import Scan
 from handout.values import Array, readonly
@@ -103,11 +103,9 @@ def density_table(inks: PageInks, scale: Scale, rgb: NDArray[np.uint8]) -> NDArr
 
     Source: seed 000, §5.1.1 (thin plate spline from RGB to density).
     """
-    from scipy.interpolate import RBFInterpolator
-
     points = _sample(inks, rgb)
     densities = scale.density(np.clip(inks.levels(points).max(axis=-1), 0, None))
-    spline = RBFInterpolator(points, densities, kernel="thin_plate_spline", smoothing=1e-6)
+    spline = interpolate.RBFInterpolator(points, densities, kernel="thin_plate_spline", smoothing=1e-6)
     axis = np.linspace(0, 1, _CELLS + 1)
     lattice = np.stack(np.meshgrid(axis, axis, axis, indexing="ij"), axis=-1).reshape(-1, 3)
     level = inks.levels(lattice).max(axis=-1)

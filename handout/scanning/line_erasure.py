@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from handout.libraries import cv2, ndimage
+from handout.libraries import cv2, interpolate, ndimage
 from handout.scanning.printed_lines import find_printed_lines
 from handout.scanning.scan import Scan
 from handout.values import Array
@@ -146,13 +146,11 @@ def _take_out(rgb: NDArray[np.uint8], line: _Followed, pixel: float) -> bool:
 
 def _ink_on_line(strip: NDArray[np.float32], blocks: tuple[NDArray[np.int_], ...]) -> NDArray[np.bool_]:
     """(rows, w) bool: what is ink in a strip (rows + 4, w, 3) of a line and two pixels to either side of it."""
-    from scipy.interpolate import interp1d
-
     own = strip[2:-2]
     line = np.stack([np.median(own[:, block], axis=1) for block in blocks], axis=1)  # (rows, blocks, 3)
     line = ndimage.percentile_filter(line, _ERASURE.bare, size=(1, _ERASURE.beside, 1), mode="nearest")
     middles, ends = [block.mean() for block in blocks], (line[:, 0], line[:, -1])
-    bare = interp1d(middles, line, axis=1, bounds_error=False, fill_value=ends)(np.arange(strip.shape[1]))
+    bare = interpolate.interp1d(middles, line, axis=1, bounds_error=False, fill_value=ends)(np.arange(strip.shape[1]))
     darker = ndimage.uniform_filter1d(bare - own, _ERASURE.grain, axis=1)
     spread = 1.48 * np.median(np.abs(darker), axis=(1, 2), keepdims=True)
     paper = np.percentile(strip[[0, 1, -2, -1]], 75, axis=(0, 1))

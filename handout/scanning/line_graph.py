@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.branching import branches
-from handout.libraries import cv2
+from handout.libraries import cv2, sparse
 from handout.scanning.density import Density
 from handout.scanning.mask import Mask
 from handout.scanning.scan import Scan
@@ -233,12 +233,11 @@ def _solve_places(
     xy: Array, inner: Indices, normal: Array, offset: Array, sure: Array, bends: Indices, stiff: float
 ) -> Array:
     """The places that are nearest to the middles found and bend least: one sparse linear system."""
-    from scipy.sparse import coo_matrix
     from scipy.sparse.linalg import splu
 
     n = len(xy)
     rows = np.repeat(np.arange(len(bends)), 3)
-    second = coo_matrix((np.tile([1.0, -2.0, 1.0], len(bends)), (rows, bends.ravel())), shape=(len(bends), n))
+    second = sparse.coo_matrix((np.tile([1.0, -2.0, 1.0], len(bends)), (rows, bends.ravel())), shape=(len(bends), n))
     bend = (stiff**4 * (second.T @ second)).tocoo()
     x, y = normal.T
     anchors = np.full(n, _FIT.hold)
@@ -252,7 +251,7 @@ def _solve_places(
         (sure * x * y, inner + n, inner),
     ]
     data, row, col = (np.concatenate(column) for column in zip(*parts, strict=True))
-    matrix = coo_matrix((data, (row, col)), shape=(2 * n, 2 * n)).tocsc()
+    matrix = sparse.coo_matrix((data, (row, col)), shape=(2 * n, 2 * n)).tocsc()
     goal = _FIT.hold * xy.T.ravel()
     targets = (xy[inner] * normal).sum(axis=1) + offset
     np.add.at(goal, inner, sure * x * targets)

@@ -17,7 +17,7 @@ import numpy as np
 
 from handout.colour import conversions
 from handout.colour.models.forward import Forward, look_up, measure_misses, parts
-from handout.libraries import spatial
+from handout.libraries import sparse, spatial
 from handout.values import Array
 
 if TYPE_CHECKING:
@@ -182,11 +182,9 @@ def optimised_nodes(forward: Forward, nodes: Array, side: int) -> Array:
     return np.asarray(best)
 
 
-def _samples(forward: Forward, side: int) -> tuple[csr_matrix, Array, Array]:
+def _samples(forward: Forward, side: int) -> tuple[sparse.csr_matrix, Array, Array]:
     """The share of each node in samples of scanned colours (n, nodes), the evened L*a*b* that they should have (n, 3),
     and how much each counts (n,)."""
-    from scipy.sparse import csr_matrix
-
     greys = np.repeat(np.linspace(0, 1, FIT.greys)[:, None], 3, axis=1)
     scanned = np.concatenate([forward.samples[1], forward.inside(greys)])
     rim, shown = _rim(forward, 1 / (side - 1))
@@ -195,7 +193,7 @@ def _samples(forward: Forward, side: int) -> tuple[csr_matrix, Array, Array]:
     corners, shares = parts(side, np.ascontiguousarray(np.concatenate([scanned, rim]).T))
     rows = np.tile(np.arange(len(wanted)), 4)
     where = (rows, np.concatenate(corners))
-    return csr_matrix((np.concatenate(shares), where), shape=(len(wanted), side**3)), wanted, weight
+    return sparse.csr_matrix((np.concatenate(shares), where), shape=(len(wanted), side**3)), wanted, weight
 
 
 def _solve_moves(mixing: csr_matrix, steep: Array, error: Array, shape: tuple[int, ...]) -> Array:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from handout import markers
 from handout.colour.chart import CELLS, MARKS, Chart, ChartPage, dictionary, page_of_marks, whole
 from handout.colour.reading.scan_files import ChartScan, ScanRefused, make_refusal
-from handout.libraries import cv2
+from handout.libraries import cv2, interpolate
 from handout.values import Array, readonly, readonly_indices
 
 _SEARCHED = 1400.0  # pixels, long side of the picture in which marks are looked for first
@@ -219,7 +219,5 @@ def _fit_placement(
 
 
 def _spline(mm: Array, off: Array) -> Callable[[Array], Array]:
-    from scipy.interpolate import RBFInterpolator
-
-    spline = RBFInterpolator(mm / _UNIT, off, smoothing=_SMOOTHING, kernel="thin_plate_spline", degree=1)
+    spline = interpolate.RBFInterpolator(mm / _UNIT, off, smoothing=_SMOOTHING, kernel="thin_plate_spline", degree=1)
     return lambda points: np.asarray(spline(np.asarray(points) / _UNIT))

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.errors import InputError
-from handout.libraries import cv2, ndimage
+from handout.libraries import csgraph, cv2, ndimage, sparse
 from handout.scanning.skeleton import skeleton
 from handout.values import Array
 
@@ -285,18 +285,15 @@ def _longest_way(body: _Mask) -> Array | str:
 
     Source: seed 004, §3.1; the two searches of a tree's diameter.
     """
-    from scipy.sparse import coo_matrix
-    from scipy.sparse.csgraph import dijkstra
-
     xy, edges = skeleton(body)
     if not len(edges):
         y, x = np.nonzero(body)
         return np.asarray(np.stack([x, y], axis=1).mean(axis=0, keepdims=True))
     length = np.linalg.norm(xy[edges[:, 0]] - xy[edges[:, 1]], axis=1)
-    graph = coo_matrix((length, tuple(edges.T)), shape=(len(xy), len(xy)))
-    away = dijkstra(graph, directed=False, indices=0)
+    graph = sparse.coo_matrix((length, tuple(edges.T)), shape=(len(xy), len(xy)))
+    away = csgraph.dijkstra(graph, directed=False, indices=0)
     start = int(np.where(np.isfinite(away), away, -1).argmax())
-    away, before = dijkstra(graph, directed=False, indices=start, return_predecessors=True)
+    away, before = csgraph.dijkstra(graph, directed=False, indices=start, return_predecessors=True)
     here = int(np.where(np.isfinite(away), away, -1).argmax())
     way = [here]
     while here != start:
@@ -304,7 +301,7 @@ def _longest_way(body: _Mask) -> Array | str:
         way.append(here)
     width = 2 * float(np.median(_distance(body)[tuple(np.rint(xy[way]).astype(int).T[::-1])]))
     # how far the middle line leads away from the way through it
-    apart = dijkstra(graph, directed=False, indices=np.array(way), min_only=True)
+    apart = csgraph.dijkstra(graph, directed=False, indices=np.array(way), min_only=True)
     if float(apart[np.isfinite(apart)].max()) > _BRANCH * width:
         return "crosses itself or another: photograph strokes that lie apart"
     return np.asarray(xy[way])

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.inking.brush.photographs import PhotographedStroke
-from handout.libraries import cv2, ndimage
+from handout.libraries import cv2, interpolate, ndimage
 from handout.summary import one_line
 from handout.values import Array
 
@@ -161,12 +161,10 @@ def _centre_spine(found: PhotographedStroke) -> tuple[Array, float]:
         half = float(np.median(sides[core].sum(axis=1))) / 2
         # the line as a brush goes: a parabola, or in a long stroke parabolas of two widths each; straight past `core`
         line = spine + aside[:, None] * _normals(spine)
-        from scipy.interpolate import make_lsq_spline
-
         first, last = float(core[0]), float(core[-1])
         knots = np.linspace(first, last, max(2, round((last - first) / (_PIECE * 2 * half)) + 1))
         knots = np.concatenate([knots[:1], knots[:1], knots, knots[-1:], knots[-1:]])
-        spline = make_lsq_spline(core, line[core], knots, 2)
+        spline = interpolate.make_lsq_spline(core, line[core], knots, 2)
         at = np.arange(len(line), dtype=np.float64)
         inside = np.clip(at, first, last)
         spine = _space_evenly(spline(inside) + spline.derivative()(inside) * (at - inside)[:, None], 1.0)
