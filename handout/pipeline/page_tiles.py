@@ -51,7 +51,10 @@ class Tiles:
         right, low = min(left + TILE, width), min(top + TILE, height)
         picture = self._ground(level, (left, top, right, low))
         if self._scan is not None and level < _SEEN:
-            picture += _FADED * (self._cut_scan(level, (left, top, right, low)) - picture)
+            part = self._scan.pixels[top * 2**level : low * 2**level, left * 2**level : right * 2**level]
+            if level:
+                part = np.asarray(cv2.resize(part, (right - left, low - top), interpolation=cv2.INTER_AREA))
+            picture += _FADED * (part.astype(np.float32) - picture)
         while len(self._smaller) < level:
             finer = self._smaller[-1] if self._smaller else self._texture.pixels
             self._smaller.append(_halve(finer, not self._smaller, self._texture.blue_first))
@@ -79,14 +82,6 @@ class Tiles:
         paper = self._paper[:, :, ::-1].astype(np.float32)
         across, down = np.meshgrid(x, y)
         return np.asarray(cv2.remap(paper, across, down, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE))
-
-    def _cut_scan(self, level: int, box: tuple[int, int, int, int]) -> NDArray[np.float32]:
-        """(h, w, 3) the scan of a square, blue first."""
-        assert self._scan is not None
-        left, top, right, low = box
-        part = self._scan.pixels[top * 2**level : low * 2**level, left * 2**level : right * 2**level]
-        size = (right - left, low - top)
-        return np.asarray(cv2.resize(part, size, interpolation=cv2.INTER_AREA) if level else part, dtype=np.float32)
 
 
 def _premultiply(part: Pixels, blue_first: bool) -> Pixels:

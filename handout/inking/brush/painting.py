@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.chains import viterbi
-from handout.inking.brush.ribbon import SEGMENTS, SPAN, Ribbon
+from handout.inking.brush.ribbon import SEGMENTS, SPAN
 from handout.inking.brush.synthesis import Library
 from handout.libraries import cv2, ndimage
 from handout.values import Array, Indices
@@ -55,15 +55,12 @@ class Sized:
     @cached_property
     def ribbons(self) -> tuple[_Pixels, ...]:
         """(rows, columns, 4) premultiplied, with `_OVERLAP` segments of nothing before and after each."""
-        return tuple(self._resize_ribbon(ribbon) for ribbon in self.library.ribbons)
-
-    def _resize_ribbon(self, ribbon: Ribbon) -> _Pixels:
-        rows = round(self.columns * SEGMENTS * SPAN)
-        shape = (len(ribbon) * self.columns, rows)
-        smaller = ribbon.columns > _SMALLER * self.columns
-        way = cv2.INTER_AREA if smaller else cv2.INTER_CUBIC
-        ink = cv2.resize(ribbon.premultiplied_ink, shape, interpolation=way)
-        return np.pad(ink, ((0, 0), (_OVERLAP * self.columns,) * 2, (0, 0)))
+        rows, inks = round(self.columns * SEGMENTS * SPAN), list[_Pixels]()
+        for ribbon in self.library.ribbons:
+            way = cv2.INTER_AREA if ribbon.columns > _SMALLER * self.columns else cv2.INTER_CUBIC
+            ink = cv2.resize(ribbon.premultiplied_ink, (len(ribbon) * self.columns, rows), interpolation=way)
+            inks.append(np.pad(ink, ((0, 0), (_OVERLAP * self.columns,) * 2, (0, 0))))
+        return tuple(inks)
 
     def hard(self, row: Indices) -> _Pixels:
         """(rows, m · columns, 4): the segments side by side."""
@@ -232,25 +229,17 @@ def _lay_part(canvas: NDArray[np.uint8], ribbon: _Pixels, sides: Array, part: _L
     if not len(at):
         return
     columns = np.float32(ribbon.shape[1] / part.end)
-    ink = _sample_picture(
-        ribbon, u * columns - np.float32(0.5), (v + 1) * np.float32(len(ribbon) / 2) - np.float32(0.5)
-    )
-    y, x = np.divmod(at, number.shape[1])
+    x, y = u * columns - np.float32(0.5), (v + 1) * np.float32(len(ribbon) / 2) - np.float32(0.5)
+    side = 1 << 14  # cv2.remap takes no rows of more than 32,767
+    at_x, at_y = (np.resize(values, -(-len(at) // side) * side).reshape(-1, side) for values in (x, y))
+    ink = cv2.remap(ribbon, at_x, at_y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE).reshape(-1, 4)[: len(at)]
+    row, column = np.divmod(at, number.shape[1])
     pixels = canvas.reshape(-1, 4)
-    there = (y + low[1]) * canvas.shape[1] + x + low[0]
+    there = (row + low[1]) * canvas.shape[1] + column + low[0]
     under = pixels[there].astype(np.float32)
     under *= 1 - ink[:, 3:]
     under += ink * np.float32(255) + np.float32(0.5)
     pixels[there] = under
-
-
-def _sample_picture(picture: _Pixels, x: _Pixels, y: _Pixels) -> _Pixels:
-    """(n, 4): a picture at places (n,), bilinear."""
-    side = 1 << 14  # cv2.remap takes no rows of more than 32,767
-    count = -(-len(x) // side) * side
-    at_x, at_y = (np.resize(values, count).reshape(-1, side) for values in (x, y))
-    ink = cv2.remap(picture, at_x, at_y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
-    return np.asarray(ink.reshape(-1, 4)[: len(x)])
 
 
 def _places(

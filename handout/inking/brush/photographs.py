@@ -264,20 +264,17 @@ def _stroke(
     density = np.asarray(np.clip((depth - _CLEAR) / (_SOLID - _CLEAR), 0, 1), dtype=np.float32)
     beside = cv2.dilate(body.astype(np.uint8), _disc(_BY * width))
     by = np.asarray(cv2.resize(beside, light.shape[1::-1], interpolation=cv2.INTER_NEAREST)[window] > 0)
-    density = _drop_marks(np.where(own & ~clear[window], density, 0), by, width / scale)
+    density = np.where(own & ~clear[window], density, 0)
+    # what lies apart from the stroke is not of it: level and upright rests of a frame, and numbers
+    count, pieces, stats, _ = cv2.connectedComponentsWithStats((density > _CLEAR).astype(np.uint8))
+    sides = np.sort(np.asarray(stats)[:, [cv2.CC_STAT_WIDTH, cv2.CC_STAT_HEIGHT]], axis=1) / (width / scale)
+    gone = (sides[:, 0] < _THIN[0]) & (sides[:, 1] > _THIN[1]) | (np.bincount(pieces[by], minlength=count) == 0)
+    gone[0] = False
+    density[gone[pieces]] = 0
     line = (spine + 0.5) / scale - 0.5 - low
     return PhotographedStroke(
         part, np.asarray(density, dtype=np.float32), line, width / scale, (int(low[0]), int(low[1]))
     )
-
-
-def _drop_marks(density: _Pixels, by: _Mask, width: float) -> _Pixels:
-    """The density of a stroke without what lies apart from it: level and upright rests of a frame, and numbers."""
-    count, labels, stats, _ = cv2.connectedComponentsWithStats((density > _CLEAR).astype(np.uint8))
-    sides = np.sort(np.asarray(stats)[:, [cv2.CC_STAT_WIDTH, cv2.CC_STAT_HEIGHT]], axis=1) / width
-    gone = (sides[:, 0] < _THIN[0]) & (sides[:, 1] > _THIN[1]) | (np.bincount(labels[by], minlength=count) == 0)
-    gone[0] = False
-    return np.where(gone[labels], np.float32(0), density)
 
 
 def _longest_way(body: _Mask) -> Array | str:
