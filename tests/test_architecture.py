@@ -30,6 +30,7 @@ GROUND = {
     "errors",
     "atomic",
     "journal_lines",
+    "libraries",
     "shipped",
     "signals",
     "profiles",
