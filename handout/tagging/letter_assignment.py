@@ -44,6 +44,10 @@ class AssignmentSettings:
 
 
 _SETTINGS = AssignmentSettings()
+# x-heights from the middle of what joins two letters to where the second begins to the networks, whose examples have
+# letters begin close before their bodies.  Cut where they begin, 9 to 22 % of the joined letters of four simulated
+# pages had .3 x-heights of a neighbour's stroke or lacked as much; cut .1 before, 5 to 9 %, .05 or .15 before, 6 to 12
+LEAD = 0.1
 _NEVER = 1e6  # cost that no path takes
 
 
@@ -94,6 +98,9 @@ class _Line:
         unit = line.frame.scale / X_HEIGHT
         self.left = np.array([(letter.left - line.frame.left) * unit for letter in line.letters])
         self.right = np.array([(letter.right - line.frame.left) * unit for letter in line.letters])
+        meeting = np.flatnonzero(self.left[1:] <= self.right[:-1])
+        self.left[meeting + 1] -= LEAD
+        self.right[meeting] -= LEAD
         number = np.full(len(graph), -1, dtype=np.intp)
         number[vertices] = np.arange(len(vertices))
         edges = number[graph.edges]
