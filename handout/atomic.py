@@ -189,8 +189,6 @@ def hold_file(path: Path, say: Callable[[str], None] = lambda _: None, patience:
     is replaced then, the lock is a file beside it, `.NAME.lock`, which goes when nobody needs it.  A thread may hold
     again what it holds.  Where the folder cannot be written nothing is held: nobody changes the file there.
 
-    Parameters
-    ----------
     say : is told once if another program has to be waited for.
     patience : s to wait at most.
 

@@ -26,8 +26,6 @@ _QUANTITY = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([^\d\
 def parse(text: str, kind: str, what: str = "value", default: str | None = None) -> float:
     """Read a quantity such as ``"2.5mm"``.
 
-    Parameters
-    ----------
     text : A number and a unit, e.g. ``"0.5in"``.
     kind : ``"length"`` → mm, ``"time"`` → s, ``"angle"`` → rad, ``"speed"`` → mm/s, ``"acceleration"`` → mm/s².
     what : the name of the quantity, for the error message.

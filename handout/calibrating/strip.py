@@ -103,8 +103,6 @@ def make(
 ) -> VerificationStrip:
     """A strip for a table, of samples of ink and of greys.
 
-    Parameters
-    ----------
     page : what of a page's ink the printer reaches, where that is another than the samples'; whose : ink it is.
 
     Raises InputError: next to none of the ink can be printed.

@@ -32,8 +32,6 @@ table{border-collapse:collapse;font-variant-numeric:tabular-nums}td,th{padding:.
 def report(reading: ChartReading, title: str = "Colour chart", more: Sequence[tuple[str, str]] = ()) -> str:
     """The page.
 
-    Parameters
-    ----------
     title : printer, paper, date.
     more : sequence of (heading, HTML), further sections after the findings: what a calibration made of it.
     """

@@ -104,8 +104,6 @@ def record(source: Path, path: Path, before: ScannedHand, after: ScannedHand, en
 
     Whoever calls this holds both files (`atomic.hold_file`) since before `before` was loaded.
 
-    Parameters
-    ----------
     before : the hand that `load` gives of `source`.
     after : what the entry made of it.
 

@@ -95,8 +95,6 @@ class OutlierModel:
 class Siblings:
     """The glyphs of a hand in a frame in which glyphs differ from their centres by 1 in every direction.
 
-    Parameters
-    ----------
     features : (n, d), n ≥ 1; letters : (n,) what the glyphs are called.
     """
 

@@ -109,10 +109,8 @@ def overlay(hand: ScannedHand, page: int) -> Pixels:
 
     Its pixels are those of the scan, so that places can be read off for corrections.
 
-    Returns
-    -------
-    (h, w, 3) uint8: letters in blue and green by turns, in orange where doubtful, in red where refused; unnamed ones in
-    purple, ligatures and what belongs to no letter in grey; over each letter its name.
+    Returns (h, w, 3) uint8: letters in blue and green by turns, in orange where doubtful, in red where refused; unnamed
+    ones in purple, ligatures and what belongs to no letter in grey; over each letter its name.
     """
     from PIL import Image, ImageDraw, ImageFont
 
@@ -152,9 +150,7 @@ def _dots(picture: Pixels, page: ScannedPage, vertices: NDArray[np.intp], colour
 def cutout(hand: ScannedHand, number: int) -> tuple[Pixels, tuple[int, int]]:
     """The ink of one glyph.
 
-    Returns
-    -------
-    (h, w, 4) uint8, and (x, y) of its first pixel in the picture of its page.
+    Returns (h, w, 4) uint8, and (x, y) of its first pixel in the picture of its page.
     """
     import cv2
 

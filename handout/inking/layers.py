@@ -56,14 +56,10 @@ def seam(a: _Pixels, b: _Pixels, both: _Mask, to_a: _Mask, to_b: _Mask) -> _Mask
 
     The cost of a seam between neighbours s and t is ‖a(s) − b(s)‖ + ‖a(t) − b(t)‖.
 
-    Parameters
-    ----------
     a, b : (h, w, 4) uint8, straight alpha.
     both : (h, w) bool: the overlap.
     to_a, to_b : (h, w) bool: pixels of it that are settled.
 
-    Notes
-    -----
     The change of luma between s and t, which some add to the cost so that seams rather run where nothing is cut, was
     tried with weight 2 and left out.  It moves few pixels, and those for the worse: along a ligature the seam then
     keeps to the flank of the stroke instead of crossing it, which leaves steps along the edge and ends of strokes cut

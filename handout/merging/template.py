@@ -112,8 +112,6 @@ class LetterTemplate:
     def fill(self, values: Mapping[str, str], row: Mapping[str, str], language: str = "en") -> str:
         """The letter of one row.
 
-        Parameters
-        ----------
         values : name → cell; row : header → cell.
         language : of the row, for dates.
 

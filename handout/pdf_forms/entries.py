@@ -240,8 +240,6 @@ def page_manuscript(
 ) -> Manuscript:
     """The writing on one page of a form.
 
-    Parameters
-    ----------
     entries : what was set of each; None for a mark.
     """
     lines: list[Line] = []
@@ -369,8 +367,6 @@ _SEARCH = RuleSearch()
 def rules(page: NDArray[np.uint8], box: Box) -> tuple[float, ...]:
     """Heights of level lines as wide as a field, mm from the field's top, downwards.
 
-    Parameters
-    ----------
     page : (h, w, 3) uint8, drawn at `DPI`.
     box : of the field, mm, as it is shown.
     """

@@ -76,25 +76,14 @@ def read_addresses(
     and the meaning of the columns are found out; what is not used is told there, too.  Blank rows are skipped but
     counted; a row that cannot be addressed is returned with its `problem`.
 
-    Parameters
-    ----------
-    path : Path
-    columns : sequence of str
-        What columns hold, where the headers do not say it: ``"name=Guest(s)"``, ``"1=name,2=street"``.
-    address : str
-        Which of several addresses of a row is written: ``"home"``, ``"business"``, ``"2"`` …
-    nameless : bool
-        Whether a table without any name may be.
-    elsewhere : collection of str
-        Names, in the cells of rows, of columns that a letter uses.
+    columns : what columns hold, where the headers do not say it: ``"name=Guest(s)"``, ``"1=name,2=street"``.
+    address : which of several addresses of a row is written: ``"home"``, ``"business"``, ``"2"`` …
+    nameless : whether a table without any name may be.
+    elsewhere : names, in the cells of rows, of columns that a letter uses.
 
-    Raises
-    ------
-    TableError
-        No table, empty, no column that could hold an address, no rows, no names, a quotation mark never closed, two
-        columns for one thing that differ.
-    InputError
-        `columns` names what the table does not have.
+    Raises TableError: no table, empty, no column that could hold an address, no rows, no names, a quotation mark never
+        closed, two columns for one thing that differ.
+    Raises InputError: `columns` names what the table does not have.
     """
     table = _read_table(path, columns)
     if not addressable(table.columns):

@@ -168,8 +168,6 @@ class Spool(Destination):
     def send_rows(self, taken: Iterable[Sequence[Piece]], run: BatchRun, tell: Tell) -> tuple[Job, ...]:
         """Wait for jobs at the device, then send pages as they are taken; a failure says what was sent, how to resume.
 
-        Parameters
-        ----------
         taken : all pieces of each row, as soon as it is made; none of one that cannot be.
 
         Raises PrintingStopped: the queue refused a page, or did not print it.
@@ -197,8 +195,6 @@ def remaining(
 ) -> Remaining:
     """Work out what is left to do, from the journal and, where that does not tell, from the device that has it.
 
-    Parameters
-    ----------
     rows : the rows of the batch, by number; copies : of each row.
     again : rows to make whatever became of them; not those that the device may still make by itself.
     """

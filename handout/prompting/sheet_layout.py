@@ -223,8 +223,6 @@ def register(image: NDArray[np.uint8]) -> Registration | None:
     opposite ones, it must lie flat, as on a scanner; with two, what the printer or scanner stretches by half a percent
     is off by up to 0.8 mm.
 
-    Parameters
-    ----------
     image : (h, w) or (h, w, 3) uint8
 
     Returns a registration, or None where there is no mark at all.

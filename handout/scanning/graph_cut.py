@@ -57,8 +57,6 @@ def least_cut(
 ) -> NDArray[np.bool_]:
     """Ink mask (h, w) of least cost; outside `domain` all is paper.
 
-    Parameters
-    ----------
     rgb : (h, w, 3) uint8
     density : (h, w) float32
     domain : (h, w) bool: where ink is looked for.
@@ -144,8 +142,6 @@ def _cut_pieces(
 def minimum_cut(cost: Array, a: Indices, b: Indices, price: Array) -> NDArray[np.bool_]:
     """The labels (n,) bool that minimise Σ cost[i]·label[i] + Σ price[e]·(label[a] ≠ label[b]), exactly.
 
-    Parameters
-    ----------
     cost : (n,) float: what True costs more than False.
     a, b : (m,) int: pairs of nodes, each once.
     price : (m,) float, not negative.

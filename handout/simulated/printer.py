@@ -127,8 +127,6 @@ _MOST_GRAIN = 0.5  # of the ink: with more it would often be none
 class Press(ABC):
     """A printer that exists only in the computer.
 
-    Parameters
-    ----------
     faulty : names of what is wrong with it, see `FAULTS`.
     grain : standard deviation of the ink of a pixel at 300 dpi, as a share of it; of finer pixels more.
 
@@ -173,8 +171,6 @@ class Press(ABC):
     ) -> SimulatedSheet:
         """Print a page.
 
-        Parameters
-        ----------
         page : (h, w, 3) uint8, device RGB of the whole sheet.
         dpi : its pixels an inch.
         margins : what the printer leaves white at the edges of the sheet, mm; None: it prints to the edge.
@@ -309,8 +305,6 @@ GREATEST_GAIN = 0.25  # beyond it more ink would cover less
 def demichel(coverage: Array) -> Array:
     """(n, 16) share of the sheet that every overlap of `OVERLAPS` covers; rows sum to 1.
 
-    Parameters
-    ----------
     coverage : (n, 4) share of the sheet that each ink covers, 0–1.
     """
     weights = np.ones((len(coverage), 1))
@@ -323,8 +317,6 @@ def demichel(coverage: Array) -> Array:
 def primaries(paper: Array, surface: float, transmittances: Array) -> Array:
     """(16, 31) reflectance of every overlap.
 
-    Parameters
-    ----------
     paper : (31,) reflectance of the sheet; surface : share that never reaches ink.
     transmittances : (4, 31) of the solid inks; what lies over one another multiplies (Beer–Lambert).
     """
@@ -335,8 +327,6 @@ def primaries(paper: Array, surface: float, transmittances: Array) -> Array:
 def mix_halftone(coverage: Array, overlaps: Array, n: float) -> Array:
     """(m, k) reflectance of a halftone: R = (Σ w_i R_i^(1/n))^n, w after Demichel.
 
-    Parameters
-    ----------
     coverage : (m, 4), 0–1; overlaps : (16, k) reflectance; n : Yule–Nielsen factor, 1 (none) and more.
     """
     return np.asarray((demichel(coverage) @ overlaps ** (1 / n)) ** n)
@@ -369,8 +359,6 @@ _N = (1.0, 10.0)  # of the Yule–Nielsen factor: none, and beyond it nothing ch
 class Inkjet(Press):
     """An inkjet with cyan, magenta, yellow and black, after Yule, Nielsen and Neugebauer.
 
-    Parameters
-    ----------
     paper : one of `PAPERS`: "white", "cream", "recycled", "photo".
     gain : how much a half covered tone grows, 0–0.25 of the sheet; None: as the paper makes it (17 % on white).
     n : Yule–Nielsen factor, 1–10: how far light spreads in the paper.

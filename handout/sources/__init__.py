@@ -54,10 +54,7 @@ def suffixes() -> list[str]:
 def read_drawing(path: str | Path, *, texts: bool = False) -> Drawing:
     """Read a drawing from a file whose suffix says the format; `texts` : see `svg.from_svg`.
 
-    Returns
-    -------
-    Drawing
-        `about["left_out"]` lists in words what of the file is not in it, if anything.
+    The drawing's `about["left_out"]` lists in words what of the file is not in it, if anything.
 
     Raises InputError: an unknown suffix (the message lists the known ones), a file that cannot be read, is larger than
     64 MiB, or is not what its suffix says.

@@ -56,8 +56,6 @@ def scribble_of(
 ) -> Scribble | None:
     """What was written in the field of a scanned page; None if there is no field, or too little in it.
 
-    Parameters
-    ----------
     scan, placement : the page, and where it lies.
     paper : (3,) scanned RGB of its bare patches, 0–1, free of shading.
     shading : what the light loses over the page.

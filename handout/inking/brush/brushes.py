@@ -84,8 +84,6 @@ def learn(
 ) -> tuple[Brush, tuple[str, ...]]:
     """A brush of the strokes in some photographs, and sentences on what of them was left out.
 
-    Parameters
-    ----------
     photographs : pictures of one stroke each, or of several.
     width : mm, usual for the brush's line, 0.1 to 50.
     rows : of pixels across a ribbon, at most.

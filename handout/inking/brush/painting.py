@@ -129,8 +129,6 @@ def lay(canvas: NDArray[np.uint8], ribbon: _Pixels, line: Array, half: Array) ->
 
     Where the line turns sharply the one part ends and the next begins round, each over the other's end.
 
-    Parameters
-    ----------
     canvas : (h, w, 4) uint8, premultiplied.
     ribbon : (rows, columns, 4) float32, premultiplied.
     line : (m + 1, 2) float, pixels: places along the line that the columns are spread over evenly.

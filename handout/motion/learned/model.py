@@ -102,8 +102,6 @@ def learn(
 ) -> LearnedModel:
     """Learn the manner of some drawings.
 
-    Parameters
-    ----------
     examples : by the name of the manner, drawings in it; with one name each drawing may become a primer, with several
         the first of each does.
 

@@ -34,17 +34,13 @@ _FEWEST = 4  # ways up and down that have a rhythm
 def measure_manner(strokes: Sequence[Array], height: float) -> Array:
     """What can be seen of the manner of some strokes.
 
-    Parameters
-    ----------
     strokes : (n, 2) float each, mm, y down, in the order of writing.
     height : mm, of a letter.
 
-    Returns
-    -------
-    (9,) float, in the order of `MEASURES`: loops in a height of the path; its turning, rad a height; how much more of
-    that is to the right than to the left, −1 to 1; share of it at corners; widths of upper and of lower turns a tenth
-    of a height from them (how far the pen swings over), heights; strokes in a height of the path; tangent of the lean
-    to the right of what goes down; standard deviation of the logarithm of the ways up and down.
+    Returns (9,) float, in the order of `MEASURES`: loops in a height of the path; its turning, rad a height; how much
+    more of that is to the right than to the left, −1 to 1; share of it at corners; widths of upper and of lower turns a
+    tenth of a height from them (how far the pen swings over), heights; strokes in a height of the path; tangent of the
+    lean to the right of what goes down; standard deviation of the logarithm of the ways up and down.
     """
     loops, turned, right, sharp, long, movements = 0, 0.0, 0.0, 0.0, 0.0, 0
     widths: tuple[list[float], list[float]] = ([], [])

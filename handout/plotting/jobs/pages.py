@@ -175,8 +175,6 @@ class PageProducer(Protocol):
 class ProducerProcess:
     """A program that makes the pages of a job.
 
-    Parameters
-    ----------
     command : what is run; it says ``added 7`` when page 7 is there, ``failed`` and one sentence if one cannot be made,
         and ends when there is nothing more to make.
     """

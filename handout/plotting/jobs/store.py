@@ -205,8 +205,6 @@ def create(
 ) -> PlotJob:
     """Store a new job: all of it is on the disk when this returns, nothing if it fails.
 
-    Parameters
-    ----------
     drawings : the pages; each is let go before the next is asked for.
     place : the folder in which jobs are kept, if it is another.
 
@@ -229,8 +227,6 @@ def begin(
 ) -> PlotJob:
     """Store a new job with its first pages, or all; they are on the disk when this returns.
 
-    Parameters
-    ----------
     new_pages : its first pages.
     inputs : what the missing pages can be made from at any time; None if none is missing.
     """

@@ -263,10 +263,8 @@ class IppQueue(Queue):
 def earlier_outcome(client: Client, job: str, title: str, earlier: Collection[str]) -> Outcome:
     """Ask about an earlier job by its number, name and time, or by its title where `job` is empty.
 
-    Parameters
-    ----------
-    earlier : titles of jobs that were over before this one was begun: a printer that still lists one of them would
-        list this one, so that, where it does not, this one never came.
+    earlier : titles of jobs that were over before this one was begun: a printer that still lists one of them would list
+        this one, so that, where it does not, this one never came.
     """
     number = ""
     if job:

@@ -120,8 +120,6 @@ _VIEWED = 3.0  # s that VIEW is pressed
 class HpglFirmware(Firmware):
     """One plotter.
 
-    Attributes
-    ----------
     error, line_error : the last error of the language and of the line, 0 for none.
     lever : whether the paper lever is raised, so that nothing is drawn.
     viewing : until when VIEW is pressed, s.

@@ -152,12 +152,8 @@ def mixing(profile: Plotter) -> Array:
 class Motors:
     """Follows both motors through a program.
 
-    Parameters
-    ----------
     begin : steps of both motors from the machine's zero, where the program begins.
 
-    Attributes
-    ----------
     place : (2,) float, mm, machine coordinates, to which they have been told to go.
     """
 
