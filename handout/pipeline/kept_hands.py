@@ -212,7 +212,7 @@ def _make_corrections(
         hand = file.load(source)
         corrected = correct(hand, new, learning=learning, tell=listener.progress)
         journal = file.record(source, path, hand, corrected.hand, JournalEntry(tuple(new), corrected.changes))
-        learn(path, strokes=False)
+        learn(path)
     notes = corrected.notes
     if gone := "".join(sorted(hand.letters.keys() - corrected.hand.letters.keys())):
         notes = (*notes, f"None is left to write of {gone}: texts with it need --fallback, or another page.")

@@ -460,7 +460,7 @@ def draw(
     if task.hand.pages is not None:
         from handout.pipeline.hand_learning import learn_beside
 
-        learn_beside(task.hand.author or task.hand)
+        learn_beside(task.hand.author or task.hand, strokes=task.traced or bool(wanted & STROKES))
     drawing = Drawing((), page.page, {})
     if task.hand.pages is None or task.traced or wanted & STROKES:
         from handout.motion.trace import trace

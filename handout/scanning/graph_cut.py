@@ -19,7 +19,7 @@ from handout.values import Array, Indices
 _FINE = 256  # capacities are whole numbers of 1/256: of 1/16 they mislabel
 _TOGETHER = 150_000  # pixels a call
 _LARGEST = 2**31 - 1
-_APART = 256  # nodes that are cut at once, unless more are tied together
+_APART = 512  # nodes that are cut at once, unless more are tied together
 
 
 @dataclass(frozen=True)

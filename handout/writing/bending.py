@@ -11,10 +11,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
+from statistics import NormalDist
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import ndtr, ndtri
 
 from handout.hand.learnt import learnt
 from handout.hand.measures import body_sizes, mean_x_height
@@ -26,6 +26,7 @@ _WARP = 1.5  # size of the warp over the usual difference in shape between two i
 _WAVES = 3
 _MISSED = 0.8  # shift of targets over the usual difference in shape; never more than _FARTHEST
 _WORST = 2.0  # deviations
+_NORMAL = NormalDist()  # scipy's takes longer to load than the rest of a sentence
 _FARTHEST = 0.06  # x-heights
 _AROUND = 0.4  # x-heights: reach of a target's shift
 _AWAY = 0.15  # weight of no shift, against those of the targets
@@ -122,7 +123,8 @@ def bend(
     """
     directions = rng.uniform(0, 2 * np.pi, (3, _WAVES))
     # a normal cut off at its worst, so that no two targets are missed alike
-    missed = ndtri(rng.uniform(ndtr(-_WORST), ndtr(_WORST), form.targets.shape))
+    shares = rng.uniform(_NORMAL.cdf(-_WORST), _NORMAL.cdf(_WORST), form.targets.shape)
+    missed = np.array([*map(_NORMAL.inv_cdf, shares.ravel().tolist())]).reshape(shares.shape)
     if variation == 0:
         return unbent()
     reach = min(variation * _MISSED * spread.warp, _FARTHEST * spread.x_height)
