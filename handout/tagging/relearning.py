@@ -259,11 +259,11 @@ def held_letters(
     at = {place: i for i, place in enumerate(text.at) if text.letters[i] != SPACE}
     there = {at[glyph.at]: glyph for glyph in glyphs if glyph.line == line and glyph.at in at}
     ends = {i: _ends(page, strip, glyph) for i, glyph in there.items()}
-    joined = [len(glyph.ligatures) > 0 for glyph in there.values() if glyph.after != NOBODY]
-    lead = X_HEIGHT * LEAD * float(np.mean(joined or [0.0]))
+    joined = {i: bool(glyph.ligatures) for i, glyph in there.items()}
+    lead = X_HEIGHT * LEAD * sum(joined.values()) / max(len(joined), 1)
     for i in sorted(ends):
         if i + 1 in ends and abs(ends[i + 1][0] - ends[i][1]) < _SETTINGS.apart * X_HEIGHT:
-            border = (ends[i][1] + ends[i + 1][0]) / 2 + lead * (len(there[i].ligatures) > 0)
+            border = (ends[i][1] + ends[i + 1][0]) / 2 + lead * joined[i]
             ends[i], ends[i + 1] = (ends[i][0], border), (border, ends[i + 1][1])
     held = {}
     for i, (left, right) in ends.items():
