@@ -53,10 +53,7 @@ def cubics(data: str) -> list[Array]:
 
 
 def numbers(text: str) -> list[float]:
-    """The numbers in a text, separated by blanks, commas or their signs.
-
-    Raises ValueError: something else is in it.
-    """
+    """The numbers in a text, separated by blanks, commas or their signs. Raises ValueError: something else is in it."""
     if _NUMBER.sub("", text).strip(" \t\r\n\f,"):
         raise ValueError("there is something that is not a number")
     return [float(number) for number in _NUMBER.findall(text)]

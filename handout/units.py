@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Iterable
 
 from handout.errors import InputError
 
@@ -52,6 +53,12 @@ def length(text: str, what: str = "length") -> float:
 def count(number: int, noun: str, plural: str = "") -> str:
     """A number of things: ``"1 job"``, ``"3 jobs"``; `plural` where it does not end in an s."""
     return f"{number} {noun if number == 1 else plural or noun + 's'}"
+
+
+def listed(names: Iterable[str], most: int = MOST_NAMED) -> str:
+    """Names for a sentence: the first few, and how many more."""
+    every = list(names)
+    return ", ".join(every[:most]) + (f" and {len(every) - most} more" if len(every) > most else "")
 
 
 def duration(seconds: float) -> str:

@@ -178,10 +178,7 @@ def ti2(chart: Chart) -> tuple[cgats.CgatsTable, ...]:
 
 
 def ti3(reading: ChartReading | Patches, about: Mapping[str, str] | None = None) -> tuple[cgats.CgatsTable, ...]:
-    """What was read: a set for each colour.
-
-    about : further keywords: printer, paper, scanner.
-    """
+    """What was read: a set for each colour; `about` : further keywords: printer, paper, scanner."""
     columns = {
         "SAMPLE_ID": _ids(len(reading.device)),
         **_columns(DEVICE, reading.device * 100),

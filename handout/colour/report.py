@@ -57,10 +57,7 @@ def page(title: str, summary: str, sections: Sequence[tuple[str, str]]) -> str:
 
 
 def write_report(path: Path, reading: ChartReading) -> None:
-    """Write the page to a file.
-
-    Raises InputError: it cannot be written.
-    """
+    """Write the page to a file. Raises InputError: it cannot be written."""
     atomic.write(path, report(reading).encode("utf-8"))
 
 

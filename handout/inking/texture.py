@@ -40,10 +40,7 @@ def shift(ink: Ink, dpi: float) -> Array:
 
 
 def snap_to_pixels(word: Sequence[Ink], dpi: float) -> list[Ink]:
-    """The inks of a word, on whole pixels where all of it only moves.
-
-    dpi : of the page.
-    """
+    """The inks of a word, on whole pixels where all of it only moves; `dpi` : of the page."""
     if len({ink.source for ink in word}) != 1:
         return list(word)
     moves = np.concatenate([shift(ink, dpi) for ink in word])

@@ -97,10 +97,7 @@ class LetterTemplate:
         return InputError(f"{self.title}, {self._line(self.names[name])}: {what}.")
 
     def check(self, columns: Collection[str], headers: Collection[str], table: str) -> None:
-        """Refuse names that no column has.
-
-        Raises InputError: there is one; the message names the nearest.
-        """
+        """Refuse names that no column has. Raises InputError: there is one; the message names the nearest."""
         for name in self.names:
             among = headers if name in self._headers else columns
             if name not in among:

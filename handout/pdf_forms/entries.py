@@ -58,10 +58,7 @@ SETTINGS = EntrySettings()
 
 @dataclass(frozen=True)
 class FieldFrame:
-    """A field's own frame.
-
-    scale : how many times as large as on the page all is in it.
-    """
+    """A field's own frame; scale : how many times as large as on the page all is in it."""
 
     box: Box
     turn: int

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from handout import atomic
-from handout.errors import InputError
+from handout.errors import InputError, reported
 from handout.pipeline.results import SILENT, Listener
 
 if TYPE_CHECKING:
@@ -134,10 +134,8 @@ def text_of(words: Sequence[str], file: str | None, listener: Listener = SILENT)
     name = "standard input" if file in (None, "-") else str(file)
     if Path(name).suffix.lower() in _DRAWINGS:
         raise InputError(f"{name} is a drawing and no text: `handout plot {name}` draws it, `handout restyle` too.")
-    try:
+    with reported(f"read {name}"):
         data = sys.stdin.buffer.read(_MOST_TEXT + 1) if file in (None, "-") else Path(str(file)).read_bytes()
-    except OSError as error:
-        raise InputError(f"Cannot read {name}: {error.strerror or error}.") from error
     return decode_text(data, name, listener)
 
 
@@ -195,10 +193,8 @@ def hand_path(output: str | Path) -> Path:
 
 def read_bytes(path: str | Path) -> bytes:
     """What is in a file; InputError where it cannot be read."""
-    try:
+    with reported(f"read {path}"):
         return Path(path).read_bytes()
-    except OSError as error:
-        raise InputError(f"Cannot read {path}: {error.strerror or error}.") from error
 
 
 def is_file(word: str) -> bool:

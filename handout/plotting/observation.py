@@ -273,10 +273,7 @@ class Observation:
 
 
 class Observer:
-    """Collects the answers of a machine during a plot.
-
-    commands : the program of the plan.
-    """
+    """Collects the answers of a machine during a plot; commands : the program of the plan."""
 
     def __init__(self, plan: Plan, commands: Sequence[Command]) -> None:
         self.plan = plan

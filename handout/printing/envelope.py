@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from handout.printing.rows import TableRow
 from handout.values import Page
 from handout.writing.layout import ASCENT, DESCENT, Layout
 
@@ -57,11 +56,6 @@ WINDOWS = {
     "CH-LEFT": EnvelopeWindow("A4", (25.0, 45.5, 90.0, 30.0), 89.0),
     "FR": EnvelopeWindow("A4", (110.0, 55.0, 85.0, 25.0), 99.0),
 }
-
-
-def address_text(row: TableRow) -> str:
-    """What is written on the envelope of a row."""
-    return "\n".join(row.lines)
 
 
 def address_layout(page: Page, lines: int, longest: int = 20, x_height: float | None = None) -> Layout:

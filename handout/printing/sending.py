@@ -177,7 +177,7 @@ class Spool(Destination):
                 follow(self.queue, run.journal, begun)
             run.drop_pieces(begun)
         total = len(run.checked.wanted)
-        sheets = iter(self.sheets(run.unsent(taken)))
+        sheets = iter(self.sheets(itertools.chain.from_iterable(map(run.begin, taken))))
         while True:
             with run.stoppable(self.queue):
                 sheet = next(sheets, None)
@@ -325,10 +325,6 @@ class BatchRun:
     @property
     def begun_rows(self) -> int:
         return len(self.begun)
-
-    def unsent(self, taken: Iterable[Sequence[Piece]]) -> Iterator[Piece]:
-        """Of rows as they are taken, what is to be sent."""
-        return itertools.chain.from_iterable(map(self.begin, taken))
 
     def begin(self, every: Sequence[Piece]) -> list[Piece]:
         """Of a row that is taken, all of whose pieces these are, what is to be sent."""

@@ -59,10 +59,7 @@ _ADOBE_GAMMA = 563 / 256  # Source: Adobe RGB (1998) Color Image Encoding
 
 
 def check(names: Iterable[str]) -> frozenset[str]:
-    """The faults of those names.
-
-    Raises InputError: no such fault; the message lists what there is.
-    """
+    """The faults of those names. Raises InputError: no such fault; the message lists what there is."""
     asked = frozenset(names)
     for name in sorted(asked - set(FAULTS)):
         near = difflib.get_close_matches(name, FLAWS, 1)
@@ -276,10 +273,7 @@ PAPERS = {
 
 
 def find_paper(name: str) -> PrintedPaper:
-    """The paper of that name.
-
-    Raises InputError: no such paper; the message lists what there is.
-    """
+    """The paper of that name. Raises InputError: no such paper; the message lists what there is."""
     if name not in PAPERS:
         near = difflib.get_close_matches(name, PAPERS, 1)
         hint = f" (did you mean {near[0]!r}?)" if near else ""

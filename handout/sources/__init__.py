@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from handout.errors import InputError
+from handout.errors import InputError, reported
 from handout.values import Drawing
 
 __all__ = ["read_drawing", "suffixes"]
@@ -63,11 +63,8 @@ def read_drawing(path: str | Path, *, texts: bool = False) -> Drawing:
     suffix = path.suffix.lower()
     if suffix not in suffixes():
         raise InputError(f"{path}: {path.suffix or 'no suffix'!r} is not one of {', '.join(suffixes())}.")
-    try:
-        with path.open("rb") as stream:
-            data = stream.read(_LARGEST + 1)
-    except OSError as error:
-        raise InputError(f"Cannot read {path}: {error.strerror or error}.") from error
+    with reported(f"read {path}"), path.open("rb") as stream:
+        data = stream.read(_LARGEST + 1)
     if len(data) > _LARGEST:
         raise InputError(f"{path} is larger than {_LARGEST // 2**20} MiB: simplify the drawing or split it.")
     try:

@@ -158,7 +158,7 @@ def _sheet_reading(scan: ChartScan, placement: ChartPlacement) -> SheetReading:
     shading = shading_of(sampled.values, page.device, middles, sampled.inside)
     values = sampled.values / shading.factors_at(middles)
     sheet = print_checks.ReadPage(scan, placement, sampled, values, shading)
-    findings = [*picture_checks.check_picture(sheet), *print_checks.check_page(sheet)]
+    findings = [*picture_checks.check_picture(sheet), *print_checks.check_tones(sheet)]
     bad = ~sampled.inside
     # a grey scan, or one of a few patches, has no colours to compare others with
     if sampled.inside.sum() > 200 and not any(finding.code == "grey" for finding in (*scan.findings, *findings)):

@@ -125,10 +125,7 @@ def file_beside(patches: Path) -> Path:
 
 
 def save(scribble: Scribble, path: Path) -> None:
-    """Write one to a file; the same one gives the same bytes.
-
-    Raises InputError: it cannot be written.
-    """
+    """Write one to a file; the same one gives the same bytes. Raises InputError: it cannot be written."""
     out = io.BytesIO()
     pixels = np.rint(np.clip(scribble.picture, 0, 1) * _FULL).astype(np.uint16)
     np.savez_compressed(out, picture=pixels, paper=scribble.paper, dpi=np.float64(scribble.dpi),
@@ -137,10 +134,7 @@ def save(scribble: Scribble, path: Path) -> None:
 
 
 def load(path: Path) -> Scribble:
-    """What `save` wrote.
-
-    Raises InputError: it cannot be read.
-    """
+    """What `save` wrote. Raises InputError: it cannot be read."""
     try:
         with np.load(path, allow_pickle=False) as arrays:
             picture: Any = arrays["picture"]

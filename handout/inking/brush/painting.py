@@ -80,10 +80,7 @@ class Sized:
         return np.flatnonzero((np.diff(place) != 1) | (np.diff(ribbon) != 0)) + 1
 
     def quilt_segments(self, row: Indices) -> _Pixels:
-        """(rows, m · columns, 4): the segments with cuts between them that are seen least.
-
-        Source: seed 004, §3.4.
-        """
+        """(rows, m · columns, 4): the segments with cuts between them that are seen least. Source: seed 004, §3.4."""
         step, library = self.columns, self.library
         whole = self.hard(row)
         joints = self.joints(row).tolist()

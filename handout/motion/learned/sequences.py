@@ -86,10 +86,7 @@ def usual_way(targets: Array, up: Bools) -> float:
 
 
 def of_plans(plans: Sequence[LognormalPlan]) -> MovementSequence:
-    """The sequence of some plans, one after the other.
-
-    Raises ValueError: no plans.
-    """
+    """The sequence of some plans, one after the other. Raises ValueError: no plans."""
     if not plans:
         raise ValueError("a sequence needs at least one plan")
     targets = np.concatenate([plan.targets for plan in plans])

@@ -80,7 +80,6 @@ class Escapes(Framing):
         self._held = b""  # of a device control instruction that is not complete
 
     def cut_pieces(self, data: bytes) -> Iterator[tuple[bytes, bool]]:
-        """See `Framing.cut_pieces`."""
         plain = b""
         for value in data:
             byte = bytes([value])
