@@ -115,9 +115,9 @@ class _Line:
         outside = np.maximum(self.left - self.u[:, None], self.u[:, None] - self.right)
         amid = np.zeros((int(self.whole.max(initial=0)) + 1, len(at)), dtype=bool)
         np.logical_or.at(amid, self.whole, outside < (self.left - self.right) / 3)
-        word = np.array([name.isalpha() for name in self.names], dtype=bool) & amid.any(axis=0)
+        word = np.array([name.isalpha() for name in self.names], dtype=bool) & np.asarray(amid.any(axis=0))
         beside = word[1:] & word[:-1] & (np.diff(at) == 1)
-        joined = (amid[:, 1:] & amid[:, :-1]).any(axis=0)
+        joined = np.asarray((amid[:, 1:] & amid[:, :-1]).any(axis=0))
         return float(joined[beside].mean()) if beside.any() else 0.0
 
     def _columns(self) -> Indices:
