@@ -102,9 +102,9 @@ class LetterTemplate:
             among = headers if name in self._headers else columns
             if name not in among:
                 near = difflib.get_close_matches(name, among, 1, 0.6)
-                hint = f"did you mean {near[0]}? " if near else ""
+                hint = f" (did you mean {near[0]}?)" if near else ""
                 has = ", ".join(among) or "none"
-                raise self.wrong(name, f"{table} has no column {name!r}: {hint}It has {has}")
+                raise self.wrong(name, f"{table} has no column {name!r}{hint}; it has {has}")
 
     def fill(self, values: Mapping[str, str], row: Mapping[str, str], language: str = "en") -> str:
         """The letter of one row.

@@ -275,8 +275,8 @@ def find_paper(name: str) -> PrintedPaper:
     """The paper of that name. Raises InputError: no such paper; the message lists what there is."""
     if name not in PAPERS:
         near = difflib.get_close_matches(name, PAPERS, 1)
-        hint = f"; did you mean {near[0]!r}?" if near else ""
-        raise InputError(f"The simulated printer has no paper {name!r}{hint} It has: {', '.join(PAPERS)}.")
+        hint = f" (did you mean {near[0]!r}?)" if near else ""
+        raise InputError(f"The simulated printer has no paper {name!r}{hint}; it has: {', '.join(PAPERS)}.")
     return PAPERS[name]
 
 
