@@ -85,9 +85,11 @@ def manuscripts(
         parts.append((GlyphChooser, "_cheapest", any_glyphs))
     blind = [name for name, seen in (("fit", fit), ("unlike", likeness)) if not seen]
     # an index keeps the costs that it has worked out: this one is asked only here, and nothing was set before
-    index = scanned_words._learnt(hand)[0]
-    anew = scanned_words._learnt.__wrapped__(hand)[1:]
-    parts.append((scanned_words, "_learnt", lambda hand: (replace(index), *anew)))
+    index, model = scanned_words._learnt(hand)[:2]
+    given = lambda _: replace(index), lambda _: model
+    with patch.multiple(scanned_words, index_glyphs=given[0], layout_model=given[1]):
+        anew = scanned_words._learnt.__wrapped__(hand)
+    parts.append((scanned_words, "_learnt", lambda hand: anew))
     if blind:
         parts.append((glyph_index, "WEIGHTS", replace(WEIGHTS, **dict.fromkeys(blind, 0.0))))
     if spacing == "constant":

@@ -232,9 +232,9 @@ def sizes() -> None:
                                  for r, ch in ((resample_path(xy, 1.0), ch) for xy, ch in larger))], many)  # fmt: skip
     for count in (10, 150, len(parts), 1000):
         stock = (
-            many.choose_strokes(range(count))
+            join_strokes(parts[:count], many)
             if count <= len(parts)
-            else enriched.choose_strokes(range(min(count, 1000)))
+            else join_strokes(enriched.strokes()[: min(count, 1000)], enriched)
         )
         r, length, ms = _quality(PoseModel(stock), "n2")
         note = "" if count <= len(parts) else " (enriched by scaled ones)"

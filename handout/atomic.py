@@ -19,7 +19,7 @@ from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import IO, Any, BinaryIO
 
-from handout.errors import InputError
+from handout.errors import InputError, reported
 
 PLAIN_NAME = re.compile(r"[\w-][\w.-]{0,99}", re.ASCII)  # of a file that was sent: it leads to no other folder
 _TRIED_AGAIN = 0.05  # s between two looks whether another program still holds a file
@@ -42,7 +42,7 @@ def open_together() -> Iterator[Callable[[Path], contextlib.AbstractContextManag
     @contextlib.contextmanager
     def opening(path: Path) -> Iterator[BinaryIO]:
         path = target(path)
-        with _reporting_errors(path):
+        with reported(f"write {path}"):
             if path.exists() and not path.is_file():
                 with path.open("wb") as stream:
                     yield stream
@@ -62,7 +62,7 @@ def open_together() -> Iterator[Callable[[Path], contextlib.AbstractContextManag
         for _, path in made:
             target(path)
         for temporary, path in made:
-            with _reporting_errors(path):
+            with reported(f"write {path}"):
                 temporary.replace(path)
                 sync_folder(path.parent)
     finally:
@@ -86,14 +86,6 @@ def open_file(path: Path) -> Iterator[BinaryIO]:
     """
     with open_together() as opening, opening(path) as stream:
         yield stream
-
-
-@contextlib.contextmanager
-def _reporting_errors(path: Path) -> Iterator[None]:
-    try:
-        yield
-    except OSError as error:
-        raise InputError(f"Cannot write {path}: {error.strerror or error}.") from error
 
 
 def target(path: Path) -> Path:
@@ -189,8 +181,6 @@ def hold_file(path: Path, say: Callable[[str], None] = lambda _: None, patience:
     is replaced then, the lock is a file beside it, `.NAME.lock`, which goes when nobody needs it.  A thread may hold
     again what it holds.  Where the folder cannot be written nothing is held: nobody changes the file there.
 
-    Parameters
-    ----------
     say : is told once if another program has to be waited for.
     patience : s to wait at most.
 

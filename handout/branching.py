@@ -24,8 +24,6 @@ def number_pieces(edges: Indices, count: int) -> Indices:
 def branches(edges: Indices, count: int) -> tuple[Indices, ...]:
     """The paths of a graph between the vertices that do not have two edges.
 
-    Parameters
-    ----------
     edges : (m, 2) int, pairs of vertices, each pair once.
     count : number of vertices.
 

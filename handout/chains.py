@@ -41,8 +41,6 @@ class _PairCosts:
 def viterbi(unary: Sequence[Array], steps: Sequence[Array | ChainStep]) -> list[int]:
     """The cheapest sequence of states.
 
-    Parameters
-    ----------
     unary : n of (kᵢ,) float: costs of the states of each place.
     steps : n − 1 costs of going from each state of a place to each of the next: (kᵢ, kᵢ₊₁) float, or a `ChainStep`.
 

@@ -18,8 +18,10 @@ A message is one sentence or two: what, where, the bound, the way out.  It never
 of the user's is cut to what a screen can show.
 """
 
+import contextlib
 import errno
 import re
+from collections.abc import Iterator
 
 _FULL = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG}
 _NO_ROOM = "The disk is full: what was kept before is as it was. Make room, then do this again."
@@ -98,6 +100,15 @@ class DeviceAlarm(DeviceError):
 
 class DeviceGarbled(DeviceAlarm):
     """A command came over wrong or not at all: what the machine has done since it was last certain may be wrong."""
+
+
+@contextlib.contextmanager
+def reported(doing: str) -> Iterator[None]:
+    """A block in which something is done with a file, such as "read notes.txt": InputError where that fails."""
+    try:
+        yield
+    except OSError as error:
+        raise InputError(f"Cannot {doing}: {error.strerror or error}.") from error
 
 
 def reason(error: BaseException) -> str:

@@ -25,13 +25,10 @@ def find(
 ) -> list[tuple[int, Array]]:
     """Number and corners of every mark of a dictionary.
 
-    Parameters
-    ----------
     grey : (h, w) uint8
     ours : whether a mark of that number counts.
     enough : so many are enough; with fewer a larger picture is searched.
-    large : float
-        Long side in pixels at which the search begins; a picture smaller than half of it is searched enlarged too.
+    large : long side in pixels at which the search begins; a picture smaller than half of it is searched enlarged too.
     every : how many marks there are; a first, quick search is made, and is enough if it finds so many.
 
     Returns ids, each with its (4, 2) corners clockwise from the mark's top left, pixels; pixel (0, 0) has its middle
@@ -73,8 +70,6 @@ def _detect_marks(grey: NDArray[np.uint8], scale: float, dictionary: Any, parame
 def refine_corners(grey: NDArray[np.uint8], corners: Array, cells: int) -> Array:
     """Corners of marks to a fraction of a pixel.
 
-    Parameters
-    ----------
     grey : (h, w) uint8
     corners : (n, 2) float, pixels: as `find` gives them, the four of a mark after each other.
     cells : along a side of a mark.

@@ -14,9 +14,6 @@ _MOST = 500_000  # elements; each takes some 400 bytes
 def parse(data: bytes, what: str, *, doctype: bool = False) -> ElementTree.Element:
     """The root element; names of elements and attributes come without their namespaces.
 
-    Parameters
-    ----------
-    data : bytes
     what : what the document should be, for messages: ``"InkML"``.
     doctype : whether a DOCTYPE is accepted, as long as it declares nothing; what it refers to is never fetched.
 

@@ -89,10 +89,7 @@ _SAME = 0.2  # mm: sizes nearer than this are the same sheet; CUPS itself allows
 def page(name: str) -> Page:
     """The page of that name, or of the size ``"WxHmm"``; envelopes lie with their long side across, as they are read.
 
-    Raises
-    ------
-    InputError
-        Unknown name, or a side outside 20–5000 mm.
+    Raises InputError: unknown name, or a side outside 20–5000 mm.
     """
     from handout.values import Page
 

@@ -53,10 +53,7 @@ def cubics(data: str) -> list[Array]:
 
 
 def numbers(text: str) -> list[float]:
-    """The numbers in a text, separated by blanks, commas or their signs.
-
-    Raises ValueError: something else is in it.
-    """
+    """The numbers in a text, separated by blanks, commas or their signs. Raises ValueError: something else is in it."""
     if _NUMBER.sub("", text).strip(" \t\r\n\f,"):
         raise ValueError("there is something that is not a number")
     return [float(number) for number in _NUMBER.findall(text)]
@@ -266,13 +263,9 @@ def rectangle(x: float, y: float, width: float, height: float, rx: float, ry: fl
 def flatten_path(path: Array, tolerance: float) -> tuple[Array, Array]:
     """A path of cubics as points that stay within `tolerance` of it.
 
-    Returns
-    -------
-    points : (n, 2) float.
-    at : (n,) float: where on the path each point is: k + u on the cubic number k at its parameter u.
+    Returns points : (n, 2) float.
+        at : (n,) float: where on the path each point is: k + u on the cubic number k at its parameter u.
 
-    Notes
-    -----
     Between two points at distance h in the parameter a curve departs from its chord by h²/8 of its greatest second
     derivative at most, and that of a cubic is greatest at one of its ends.
     """

@@ -13,8 +13,6 @@ Indices = NDArray[np.intp]
 def peaks(values: NDArray[np.float64], *, prominence: float, apart: int = 1) -> Indices:
     """Places of values higher than those on either side, of a level top its middle, as `scipy.signal.find_peaks`.
 
-    Parameters
-    ----------
     values : (n,) float.
     prominence : 0 or more: how far one must go down from a peak, on both sides, before anything higher comes.
     apart : least distance of two peaks; the higher one stays.

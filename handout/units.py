@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Iterable
 
 from handout.errors import InputError
 
@@ -26,8 +27,6 @@ _QUANTITY = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([^\d\
 def parse(text: str, kind: str, what: str = "value", default: str | None = None) -> float:
     """Read a quantity such as ``"2.5mm"``.
 
-    Parameters
-    ----------
     text : A number and a unit, e.g. ``"0.5in"``.
     kind : ``"length"`` → mm, ``"time"`` → s, ``"angle"`` → rad, ``"speed"`` → mm/s, ``"acceleration"`` → mm/s².
     what : the name of the quantity, for the error message.
@@ -54,6 +53,12 @@ def length(text: str, what: str = "length") -> float:
 def count(number: int, noun: str, plural: str = "") -> str:
     """A number of things: ``"1 job"``, ``"3 jobs"``; `plural` where it does not end in an s."""
     return f"{number} {noun if number == 1 else plural or noun + 's'}"
+
+
+def listed(names: Iterable[str], most: int = MOST_NAMED) -> str:
+    """Names for a sentence: the first few, and how many more."""
+    every = list(names)
+    return ", ".join(every[:most]) + (f" and {len(every) - most} more" if len(every) > most else "")
 
 
 def duration(seconds: float) -> str:

@@ -83,8 +83,6 @@ def greys(count: int) -> Array:
 def of_hand(name: str, pen: Pen | None = None) -> Array:
     """Samples of the ink of a page in a hand: always the same page, so that its figures are the same everywhere.
 
-    Parameters
-    ----------
     name : of the hand, drawn or scanned.
     pen : of a drawn hand; None: a ballpoint, which pages are drawn with unless another is asked for.
 
@@ -151,8 +149,6 @@ _PAGES = 8  # pages looked at
 def choose(printer: str, paper: str = "", asked: str = "") -> tuple[Calibration | None, list[str]]:
     """The calibration that pages go through, and what has to be said against it.
 
-    Parameters
-    ----------
     paper : what is in the printer; empty: nobody knows.
     asked : "none", a ``printer/paper``, or a file or folder of a calibration; empty: the printer's newest.
 

@@ -105,10 +105,7 @@ def _feed_page(pages: DevicePages, pixels: Pixels, feeding: Feeding, kind: str) 
 
 
 def chart_for(printer: Printer, paper: str = "A4", pages: int | None = None) -> Chart:
-    """The chart for a printer, within its margins.
-
-    Raises InputError, DoesNotFit: see `handout.colour.chart.chart`.
-    """
+    """The chart for a printer, within its margins. Raises InputError, DoesNotFit: see `handout.colour.chart.chart`."""
     edges = printer.margins
     return chart(paper, pages=pages, margins=(edges.top, edges.right, edges.bottom, edges.left))
 

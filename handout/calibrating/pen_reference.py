@@ -77,8 +77,6 @@ def of_calibration(calibration: Calibration, name: str) -> FrameReference:
 def compare_scribble(scribble: Scribble | None, name: str, writer: str = "") -> FrameReference:
     """What was written in a chart's frame against the hand `name`.
 
-    Parameters
-    ----------
     scribble : what was written there; None: nothing.
     name : of the hand; empty: none.
     writer : the hand whose pen wrote there; empty: nobody said.

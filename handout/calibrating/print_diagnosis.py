@@ -198,8 +198,6 @@ def diagnose(
 ) -> ChartReading:
     """A reading with what is wrong with the print itself, its cause in the place of its effects.
 
-    Parameters
-    ----------
     pen : what the pen in the chart's frame says of the scanner's settings.
     before : the calibration of this printer on this paper that was made last.
     accept : the user knows, and wants the calibration all the same: nothing is refused for it.

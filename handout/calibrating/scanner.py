@@ -27,8 +27,6 @@ _WAY_OUT = "scan the page with any program at 300 dpi in colour, save it as TIFF
 def scan(name: str, page: Page, to: Path, dpi: int = DPI) -> Path:
     """Scan one page to a TIFF.
 
-    Parameters
-    ----------
     name : the scanner, as ``scanimage -L`` calls it; empty: the first there is.
     page : what lies on the glass, mm.
     to : the file.

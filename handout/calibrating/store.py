@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Any
 import msgspec
 
 from handout import atomic, profiles, shipped
-from handout.errors import InputError
+from handout.errors import InputError, reported
 
 if TYPE_CHECKING:
     from handout.colour.models.forward import Patches
@@ -215,10 +215,7 @@ def build_stored(patches: Patches, printer: str, paper: str, scanner: str = "", 
 
 
 def load(place: Path) -> Calibration:
-    """The calibration in a folder, or of a colour table's file.
-
-    Raises InputError: it is none.
-    """
+    """The calibration in a folder, or of a colour table's file. Raises InputError: it is none."""
     if place.is_dir():
         about, table_file, home = read_json(place / ABOUT), place / TABLE, place
     else:
@@ -253,10 +250,7 @@ def newest(printer: str, paper: str = "") -> Calibration | None:
 
 
 def find_wanted(printer: str, paper: str = "") -> Calibration:
-    """As `newest`, where there has to be one.
-
-    Raises InputError: there is none; the message lists what there is.
-    """
+    """As `newest`, where there has to be one. Raises InputError: there is none; the message lists what there is."""
     calibration = newest(printer, paper)
     if calibration is not None:
         return calibration
@@ -279,11 +273,9 @@ def _place(printer: str, paper: str, date: datetime) -> Path:
 @contextlib.contextmanager
 def _new_folder(place: Path) -> Iterator[Path]:
     """A folder that takes the place of `place` when the block ends without an error."""
-    try:
+    with reported(f"write {place}"):
         place.parent.mkdir(parents=True, exist_ok=True)
         work = Path(tempfile.mkdtemp(dir=place.parent, prefix=".new-"))
-    except OSError as error:
-        raise InputError(f"Cannot write {place}: {error.strerror or error}.") from error
     try:
         yield work
         if place.exists():

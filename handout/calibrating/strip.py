@@ -84,10 +84,7 @@ class VerificationStrip:
 
 
 def from_facts(facts: Mapping[str, Any]) -> VerificationStrip:
-    """The strip that `VerificationStrip.facts` describes.
-
-    Raises InputError: it does not describe one.
-    """
+    """The strip that `VerificationStrip.facts` describes. Raises InputError: it does not describe one."""
     try:
         return VerificationStrip(
             np.array(facts["wanted"]), np.array(facts["device"]) / 255, np.array(facts["matched"], dtype=bool),
@@ -103,8 +100,6 @@ def make(
 ) -> VerificationStrip:
     """A strip for a table, of samples of ink and of greys.
 
-    Parameters
-    ----------
     page : what of a page's ink the printer reaches, where that is another than the samples'; whose : ink it is.
 
     Raises InputError: next to none of the ink can be printed.
@@ -161,10 +156,7 @@ def pages_of(strip: VerificationStrip, calibration: Calibration, profile: Printe
 
 
 def last_strip(calibration: Calibration) -> VerificationStrip:
-    """The strip that was printed last for a calibration.
-
-    Raises InputError: none was.
-    """
+    """The strip that was printed last for a calibration. Raises InputError: none was."""
     facts = calibration.load_kept(store.STRIP)
     if facts is None:
         raise InputError(

@@ -250,10 +250,7 @@ def sections(calibration: Calibration) -> list[tuple[str, str]]:
 
 
 def write_report(calibration: Calibration, path: Path) -> None:
-    """A page about a verified calibration.
-
-    Raises InputError: it cannot be written.
-    """
+    """A page about a verified calibration. Raises InputError: it cannot be written."""
     atomic.write(path, page(calibration.name, f"{calibration.describe()}.", sections(calibration)).encode())
 
 

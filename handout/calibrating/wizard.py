@@ -33,7 +33,7 @@ from handout.colour.chart_files import ti3
 from handout.colour.reading import ChartReading, ScanFinding, read_scans
 from handout.colour.reading.pen_field import save as save_scribble
 from handout.colour.report import report
-from handout.errors import InputError
+from handout.errors import InputError, reported
 from handout.profiles import Printer
 
 _STATE = "state.json"
@@ -311,10 +311,8 @@ class Wizard:
         atomic.write(self.report, report(reading, f"Calibration of {self.name}", more).encode())
 
     def _save(self, state: CalibrationState) -> None:
-        try:
+        with reported(f"write {self.folder}"):
             self.folder.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise InputError(f"Cannot write {self.folder}: {error.strerror or error}.") from error
         atomic.write(self.folder / _STATE, msgspec.json.format(msgspec.json.encode(state), indent=1))
         self.state = state
 

@@ -380,9 +380,8 @@ def _tell_edit(told: Told) -> str:
 def _tell_changes(changes: Sequence[Told]) -> str:
     if not changes:
         return "no other letter changed."
-    named = [f"{one['letter']} in “{one['word']}” (line {one['line'] + 1}, {one['how']})" for one in changes[:_NAMED]]
-    more = f" and {len(changes) - _NAMED} more" if len(changes) > _NAMED else ""
-    return f"{units.count(len(changes), 'other letter')} changed: {', '.join(named)}{more}."
+    named = (f"{one['letter']} in “{one['word']}” (line {one['line'] + 1}, {one['how']})" for one in changes)
+    return f"{units.count(len(changes), 'other letter')} changed: {units.listed(named, _NAMED)}."
 
 
 @verb("pen", command)

@@ -14,7 +14,7 @@ import click
 
 from handout import __version__, atomic
 from handout.cli.options import group_options, records, verb
-from handout.errors import InputError
+from handout.errors import InputError, reported
 from handout.pipeline.declarations import OWN, argument, output
 
 _FILES = """
@@ -60,10 +60,8 @@ def command(
     if words:
         raise InputError("-o writes the pages of all verbs: leave their names out.")
     folder = output / "man1"
-    try:
+    with reported(f"write {folder}"):
         folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"Cannot write {folder}: {error.strerror or error}.") from error
     for name in pages:
         atomic.write(folder / f"{name.replace(' ', '-')}.1", _page(name, pages).encode())
     click.echo(f"Wrote {len(pages)} pages into {folder}.", err=True)

@@ -41,6 +41,7 @@ def tell_letters(tally: Tally) -> str:
         formulas = (
             f" Taken as {'a formula:' if count == 1 else f'{count} formulas, the first'} {first}; \\$ is the sign."
         )
+    slips = f" {units.count(len(tally.slips), 'slip')} of the pen struck out." if tally.slips else ""
     order, guessed = "", len(tally.order)
     if _MANY * guessed > tally.characters:
         order = (
@@ -48,7 +49,7 @@ def tell_letters(tally: Tally) -> str:
             f"{tally.order[0]['word']}: it is guessed; say in the studio, letter by letter, how one is written, and "
             "its like follow."
         )
-    return f"{tell_lent(tally)}{tell_doubts(tally)}{tell_slips(tally)}{order}{formulas}"
+    return f"{tell_lent(tally)}{tell_doubts(tally)}{slips}{order}{formulas}"
 
 
 def tell_lent(tally: Tally) -> str:
@@ -73,22 +74,15 @@ def tell_lent(tally: Tally) -> str:
     )
 
 
-def tell_slips(tally: Tally) -> str:
-    """One sentence about the words that were struck out; "" where there are none."""
-    return f" {units.count(len(tally.slips), 'slip')} of the pen struck out." if tally.slips else ""
-
-
 def tell_doubts(tally: Tally) -> str:
     """One sentence about the words that strangers may misread; "" where there are none."""
     if not tally.doubtful:
         return ""
-    named = [f"{doubt['word']} as {doubt['reads_as'] or 'nothing'}" for doubt in tally.doubtful[: units.MOST_NAMED]]
-    more = len(tally.doubtful) - len(named)
+    named = units.listed(f"{doubt['word']} as {doubt['reads_as'] or 'nothing'}" for doubt in tally.doubtful)
     (letter, count), *_ = Counter(doubt["letter"] for doubt in tally.doubtful).most_common(1)
     return (
-        f" May be misread: {', '.join(named)}{f' and {more} more' if more else ''}"
-        f"{f' ({count} for {letter})' if 1 < count < len(tally.doubtful) else ''}; other seeds choose other letters, "
-        "--legible clearer ones."
+        f" May be misread: {named}{f' ({count} for {letter})' if 1 < count < len(tally.doubtful) else ''}; "
+        "other seeds choose other letters, --legible clearer ones."
     )
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
@@ -12,9 +11,6 @@ from handout.cli.console import Console
 from handout.cli.options import JSON, verb
 from handout.pipeline.declarations import option, output
 from handout.pipeline.options import PictureOptions, StyleOptions
-
-if TYPE_CHECKING:
-    pass
 
 
 @click.group("strokes")

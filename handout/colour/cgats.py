@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from handout import atomic
-from handout.errors import InputError
+from handout.errors import InputError, reported
 from handout.values import Array
 
 _TOKEN = re.compile(r'"((?:[^"]|"")*)"|([^\s"]+)')
@@ -87,14 +87,9 @@ def table(kind: str, keywords: Mapping[str, str], columns: Mapping[str, Sequence
 
 
 def read_tables(path: Path) -> tuple[CgatsTable, ...]:
-    """The tables of a file.
-
-    Raises InputError: unreadable, or not CGATS; the message names the line.
-    """
-    try:
+    """The tables of a file. Raises InputError: unreadable, or not CGATS; the message names the line."""
+    with reported(f"read {path}"):
         data = path.read_bytes()
-    except OSError as error:
-        raise InputError(f"Cannot read {path}: {error.strerror or error}.") from error
     if b"\0" in data:
         raise InputError(f"{path}, line 1: not a text file, so no table of colours: give a .ti1, .ti2, .ti3 or .txt.")
     try:
@@ -124,10 +119,7 @@ def dumps(tables: Sequence[CgatsTable]) -> str:
 
 
 def write(path: Path, tables: Sequence[CgatsTable]) -> None:
-    """Write tables to a file.
-
-    Raises InputError: it cannot be written.
-    """
+    """Write tables to a file. Raises InputError: it cannot be written."""
     atomic.write(path, dumps(tables).encode("utf-8"))
 
 

@@ -179,8 +179,6 @@ def chart(
 ) -> Chart:
     """The chart for a paper and a printer.
 
-    Parameters
-    ----------
     paper : "A4" or "letter".
     pages : 1, or 2 with more room about them; None: 1 if the printer reaches far enough, else 2.
     margins : (top, right, bottom, left), mm: what the printer cannot print on.

@@ -39,8 +39,6 @@ _LINES = (3.2, 5.4)  # mm under the top of the title: where lines of words begin
 def render(page: ChartPage, dpi: float, lines: tuple[str, ...] = (), title: str = "") -> NDArray[np.uint8]:
     """The page at the printer's resolution.
 
-    Parameters
-    ----------
     dpi : 300–2400.
     lines : at most two, under the title: printer, paper, date.
     title : empty: that of the chart.
@@ -180,13 +178,7 @@ def ti2(chart: Chart) -> tuple[cgats.CgatsTable, ...]:
 
 
 def ti3(reading: ChartReading | Patches, about: Mapping[str, str] | None = None) -> tuple[cgats.CgatsTable, ...]:
-    """What was read: a set for each colour.
-
-    Parameters
-    ----------
-    reading : Reading or Patches
-    about : further keywords: printer, paper, scanner.
-    """
+    """What was read: a set for each colour; `about` : further keywords: printer, paper, scanner."""
     columns = {
         "SAMPLE_ID": _ids(len(reading.device)),
         **_columns(DEVICE, reading.device * 100),

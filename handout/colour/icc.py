@@ -37,8 +37,6 @@ def output_profile(table: ColourTable, date: datetime, title: str) -> bytes:
     table has them.  The three other intents give the same: paper stays bare, and what is out of reach becomes the
     printable colour that looks nearest.
 
-    Parameters
-    ----------
     date : datetime.  said : str, what the profile is called.
     """
     forward = Forward(np.asarray(table.scanned, dtype=np.float64))
@@ -101,8 +99,6 @@ _LICENCE = "No rights reserved: use it as you like."
 def lut16(nodes: Array, curves: Sequence[Array]) -> bytes:
     """A 16-bit table.
 
-    Parameters
-    ----------
     nodes : (s, s, s, k) float, the first input changing slowest, as `clamped` understands them: what leaves 0–1 is cut
         after interpolation only, by the output curves.
     curves : three of (n,) float 0–1, even in the input: places in the table, 2 to 4096 of them.
@@ -149,8 +145,6 @@ def _pack_fixed(values: Sequence[float]) -> bytes:
 def profile(kind: bytes, connection: bytes, date: datetime, title: str, tags: Mapping[bytes, bytes]) -> bytes:
     """The bytes of a profile.
 
-    Parameters
-    ----------
     kind : b"prtr" or b"link".
     connection : b"Lab " or, of a link, the space that it ends in, b"RGB ".
     date : when.

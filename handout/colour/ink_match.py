@@ -80,8 +80,6 @@ def density_of(picture: NDArray[Any], paper: Array) -> NDArray[np.float32]:
 def strokes_in(density: Density, dpi: float, tone: Callable[[Density], Density] | None = None) -> LineDensities | None:
     """The lines in a picture of writing; None where there is no ink.
 
-    Parameters
-    ----------
     density : (h, w, 3), of its pixels.
     dpi : pixels an inch.
     tone : (n, 3) → (n, 3), optional: densities as another scan shows them; edges are looked for in that.
@@ -148,8 +146,6 @@ def undo_curve(shown: Any, strength: float) -> NDArray[np.float64]:
 def chart_contrast(device: ArrayLike, scanned: ArrayLike) -> float:
     """Strength of the S that lies on the scan of a chart; 0 where none is seen, or where the chart cannot tell.
 
-    Parameters
-    ----------
     device : (n, 3) RGB that was sent, 0–1.
     scanned : (n, 3) RGB that was seen of it, 0–1.
     """
@@ -304,8 +300,6 @@ def match(
 ) -> InkMatch | None:
     """Compare lines of one pen in two scans; None where one of them has no lines.
 
-    Parameters
-    ----------
     hand, chart : (h, w, 3) densities of writing in the hand's scan and in the chart's, both at `dpi`.
     from_paper, to_paper : (3,) scanned RGB of the bare papers, 0–1.
     contrast : strength of the S that the chart's patches show in its scan; 0: none.

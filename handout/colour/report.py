@@ -32,8 +32,6 @@ table{border-collapse:collapse;font-variant-numeric:tabular-nums}td,th{padding:.
 def report(reading: ChartReading, title: str = "Colour chart", more: Sequence[tuple[str, str]] = ()) -> str:
     """The page.
 
-    Parameters
-    ----------
     title : printer, paper, date.
     more : sequence of (heading, HTML), further sections after the findings: what a calibration made of it.
     """
@@ -59,10 +57,7 @@ def page(title: str, summary: str, sections: Sequence[tuple[str, str]]) -> str:
 
 
 def write_report(path: Path, reading: ChartReading) -> None:
-    """Write the page to a file.
-
-    Raises InputError: it cannot be written.
-    """
+    """Write the page to a file. Raises InputError: it cannot be written."""
     atomic.write(path, report(reading).encode("utf-8"))
 
 

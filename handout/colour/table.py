@@ -135,11 +135,7 @@ def apply(raster: Raster, table: ColourTable) -> Raster:
     the mixture that is looked up, and colour and cover are found that, on white, which sends nothing, give the device
     colour of the mixture.  The cover grows only where ink of the given cover cannot be dark enough.
 
-    Parameters
-    ----------
-    raster : Raster
-        Colours as the scanner of the hand sees them; pixels without cover stay as they are.
-    table : ColourTable
+    raster : colours as the scanner of the hand sees them; pixels without cover stay as they are.
 
     Source: seed 000, §7.1; Porter and Duff 1984 (over).
     """
@@ -199,8 +195,6 @@ class Reach:
 def tell_loss(out: float, mean: float, whose: str = "") -> str:
     """The sentence, the same everywhere, on what of an ink cannot be printed.
 
-    Parameters
-    ----------
     out : share of the ink's samples that are out of reach; mean : ΔE00 lost there, as `Reach` has both.
     whose : what the ink is called: "of house-joined".
     """

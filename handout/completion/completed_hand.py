@@ -27,24 +27,14 @@ def complete_hand(
     too: these forms stand beside their own, and which is written is a question of price (`writing.glyph_index`).  A
     drawn hand stays as it is: it borrows similar forms as it writes, and only these are listed.
 
-    Parameters
-    ----------
-    hand : Hand or ScannedHand
-        Returned as it is where it lacks nothing.
-    text : str
-    fallback : bool
-        Lend what the author never wrote; without it only accented letters are put together, of the author's own.
-    seed : int
-        Of the variation of what is drawn.
-    marked : bool
-        See `written_units`.
+    hand : returned as it is where it lacks nothing.
+    fallback : lend what the author never wrote; without it only accented letters are put together, of the author's own.
+    seed : of the variation of what is drawn.
+    marked : see `written_units`.
 
-    Raises
-    ------
-    InputError
-        The hand holds no letters, or too little clear line to draw others with.
-    MissingCharacters
-        Some letters are missing still; the message lists them with their places and says what `fallback` would supply.
+    Raises InputError: the hand holds no letters, or too little clear line to draw others with.
+    Raises MissingCharacters: some letters are missing still; the message lists them with their places and says what
+        `fallback` would supply.
     """
     if hand.pages is None:
         return hand, list_borrowed(normalise(text), hand.repertoire, marked=marked) if fallback else []

@@ -330,8 +330,6 @@ class NeighbourLigature:
 class Links:
     """The ligatures of an author's letters on one side, with what each letter looks like from there.
 
-    Parameters
-    ----------
     leaving : whether they lead to the letter after.
     """
 

@@ -79,10 +79,7 @@ def pack(members: Mapping[str, Content | Packed], behind: bytes = b"", level: in
 
 
 def write(path: Path, members: Mapping[str, Content]) -> None:
-    """Pack `members` into the file `path`, whole or not at all.
-
-    Raises InputError: the file cannot be written.
-    """
+    """Pack `members` into the file `path`, whole or not at all. Raises InputError: the file cannot be written."""
     atomic.write(path, pack(members))
 
 

@@ -122,17 +122,14 @@ class Hand:
         return Repertoire(self.name, frozenset(self.glyphs), frozenset(self.marks) | {DOTLESS})
 
     def x_height_on(self, spacing: float, usual: float) -> float:
-        """See `protocol.AnyHand`."""
         return usual * spacing
 
     def with_language(self, code: str) -> Hand:
-        """See `protocol.AnyHand`."""
         own = self.languages.get(code.replace("_", "-").partition("-")[0].lower(), {})
         local = DerivedForms([*self.glyphs, *own], lambda letter: own[letter] if letter in own else self.glyphs[letter])
         return replace(self, glyphs=local) if own else self
 
     def with_haste(self, haste: float) -> Hand:
-        """See `protocol.AnyHand`."""
         if not -1 <= haste <= 1:
             raise InputError(f"haste: {haste:g} is outside -1 (careful) to 1 (hurried).")
         if haste == 0:

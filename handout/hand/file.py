@@ -104,8 +104,6 @@ def record(source: Path, path: Path, before: ScannedHand, after: ScannedHand, en
 
     Whoever calls this holds both files (`atomic.hold_file`) since before `before` was loaded.
 
-    Parameters
-    ----------
     before : the hand that `load` gives of `source`.
     after : what the entry made of it.
 
@@ -222,20 +220,14 @@ def rewind(source: Path, path: Path, made: int) -> CorrectionJournal:
 
 
 def without_scans(path: Path) -> bytes:
-    """The bytes of a file without the scans of its pages.
-
-    Raises InputError: as `load`.
-    """
+    """The bytes of a file without the scans of its pages. Raises InputError: as `load`."""
     _refuse_foreign(path)
     with Archive(path) as archive:
         return pack({name: archive.packed_part(name) for name in archive.names if not name.endswith(_SCAN)})
 
 
 def journal(path: Path) -> CorrectionJournal:
-    """What was corrected of the hand of a file.
-
-    Raises InputError: as `load`.
-    """
+    """What was corrected of the hand of a file. Raises InputError: as `load`."""
     _refuse_foreign(path)
     with Archive(path) as archive:
         _check_known(archive, path)

@@ -100,10 +100,7 @@ def path(name: str) -> Path:
 def find(name: str) -> Hand | ScannedHand:
     """The hand `name`, drawn or scanned: one of `names()` or `scanned()`, or the path of a .toml, .hand or .svg file.
 
-    Raises
-    ------
-    InputError
-        No such hand (the message lists the nearest), or a file that cannot be read.
+    Raises InputError: no such hand (the message lists the nearest), or a file that cannot be read.
     """
     if not name.endswith((".hand", *_FILES)) and name not in _paths() and name not in scanned_files():
         names_ = sorted({*_paths(), *scanned_files()})
@@ -122,10 +119,7 @@ def find(name: str) -> Hand | ScannedHand:
 def load(name: str) -> Hand:
     """The hand `name`: one of `names()`, or the path of a drawn hand's TOML file or of a single-line SVG font.
 
-    Raises
-    ------
-    InputError
-        No such hand (the message lists the nearest), a scanned hand, or a file that cannot be read.
+    Raises InputError: no such hand (the message lists the nearest), a scanned hand, or a file that cannot be read.
     """
     if name.endswith(_FILES):
         return _read_hand(Path(name).resolve())

@@ -325,8 +325,6 @@ def _merge_inks(colour: Array, group: Indices) -> list[Indices]:
 def body_sizes(xy: Array, radius: Array, first: Indices, x_height: float) -> Array:
     """(n, 4): logarithms of width, height and aspect of bodies, and their slants; 0 for one too low to have any.
 
-    Parameters
-    ----------
     xy, radius : (v, 2), (v,) of n bodies, one behind the other from the vertices `first` (n + 1,) on.
     """
     begin, count = first[:-1], np.diff(first)

@@ -95,8 +95,6 @@ class OutlierModel:
 class Siblings:
     """The glyphs of a hand in a frame in which glyphs differ from their centres by 1 in every direction.
 
-    Parameters
-    ----------
     features : (n, d), n ≥ 1; letters : (n,) what the glyphs are called.
     """
 
@@ -240,10 +238,7 @@ def _sum_distances(squares: Array, variance: Array) -> tuple[Array, Array]:
 
 
 def shrunken(rows: Array) -> Array:
-    """(d, d): covariance of rows (n, d) about 0, shrunken towards the unit matrix.
-
-    Source: Ledoit and Wolf 2004.
-    """
+    """(d, d): covariance of rows (n, d) about 0, shrunken towards the unit matrix. Source: Ledoit and Wolf 2004."""
     count, width = rows.shape
     sample, unit = rows.T @ rows / count, np.eye(width)
     scatter = np.square(np.square(rows).sum(axis=1)).sum() / count**2 - np.square(sample).sum() / count
@@ -255,10 +250,7 @@ ARRAYS = ("middle", "spread", "within", "between", "anywhere", "apart", "weights
 
 
 def load(path: Path) -> OutlierModel:
-    """Read a model.
-
-    Raises InputError: not such a file.
-    """
+    """Read a model. Raises InputError: not such a file."""
     try:
         with np.load(path, allow_pickle=False) as file:
             arrays = {name: file[name].astype(np.float64) for name in ARRAYS}

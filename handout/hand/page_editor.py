@@ -104,10 +104,7 @@ def _room(page: ScannedPage, places: Sequence[tuple[float, float]], over: int) -
 
 
 def as_paper(page: ScannedPage, cover: Cover) -> tuple[ScannedPage, Indices]:
-    """The page without the ink under `cover`.
-
-    Raises PaintError: there is none.
-    """
+    """The page without the ink under `cover`. Raises PaintError: there is none."""
     gone = cover.covers_places(page.graph.uv)
     part, values = cover.overlap(page.texture.corner, page.texture.shape)
     if not gone.any() and not (page.texture.alpha[part][values > 0] > 0).any():

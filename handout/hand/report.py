@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable
 from operator import itemgetter
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,9 +13,6 @@ from numpy.typing import NDArray
 from handout.hand.places import PLACES
 from handout.hand.scanned import ScannedHand, ScannedPage
 from handout.hand.vetting import vet
-
-if TYPE_CHECKING:
-    pass
 
 LEAST = 8  # instances of a letter that let the choice vary (seed 000, §6.2.1)
 
@@ -109,10 +106,8 @@ def overlay(hand: ScannedHand, page: int) -> Pixels:
 
     Its pixels are those of the scan, so that places can be read off for corrections.
 
-    Returns
-    -------
-    (h, w, 3) uint8: letters in blue and green by turns, in orange where doubtful, in red where refused; unnamed ones in
-    purple, ligatures and what belongs to no letter in grey; over each letter its name.
+    Returns (h, w, 3) uint8: letters in blue and green by turns, in orange where doubtful, in red where refused; unnamed
+    ones in purple, ligatures and what belongs to no letter in grey; over each letter its name.
     """
     from PIL import Image, ImageDraw, ImageFont
 
@@ -150,12 +145,7 @@ def _dots(picture: Pixels, page: ScannedPage, vertices: NDArray[np.intp], colour
 
 
 def cutout(hand: ScannedHand, number: int) -> tuple[Pixels, tuple[int, int]]:
-    """The ink of one glyph.
-
-    Returns
-    -------
-    (h, w, 4) uint8, and (x, y) of its first pixel in the picture of its page.
-    """
+    """The ink of one glyph. Returns (h, w, 4) uint8, and (x, y) of its first pixel in the picture of its page."""
     import cv2
 
     glyph, page = hand.glyphs[number], hand.pages[hand.glyphs[number].page]

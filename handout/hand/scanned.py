@@ -365,11 +365,9 @@ class ScannedHand:
         return min(max(self.x_height, least * spacing), most * spacing)
 
     def with_language(self, code: str) -> ScannedHand:
-        """See `protocol.AnyHand`."""
         return self
 
     def with_haste(self, haste: float) -> ScannedHand:
-        """See `protocol.AnyHand`."""
         if haste:
             raise InputError(
                 f"haste: {self.name} is a scanned hand, which is as hurried as it was written; leave --haste out."

@@ -19,8 +19,6 @@ _CHUNK = 1 << 15  # pixels worked on at a time: what fits a processor's cache
 class Ground:
     """The pieces of a page at a number of pixels to the mm, ready to be laid down some rows at a time.
 
-    Attributes
-    ----------
     columns : of a page of `width` columns those that may have ink, in whole steps of `step` columns.
     """
 

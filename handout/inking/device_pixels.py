@@ -56,12 +56,8 @@ def device_pixels(ink: Raster, calibrate: Calibrate | None = None) -> DevicePixe
     The ink, with its own colour and cover, goes through the printer's calibration (the correction by its pen and the
     colour table), is laid on white by its cover, and is rounded to the nearest of 256 levels.
 
-    Parameters
-    ----------
-    ink : Raster
-        As a pen or a scanned hand leaves it.
-    calibrate : callable, optional
-        The calibration of printer and paper; without one colours are sent as they are.
+    ink : as a pen or a scanned hand leaves it.
+    calibrate : the calibration of printer and paper; without one colours are sent as they are.
     """
     raster = ink if calibrate is None else calibrate(ink)
     first, end = raster.rows or (0, len(raster.rgba))

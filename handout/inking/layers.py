@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +17,7 @@ from numpy.typing import NDArray
 from handout.inking.atlas import pack
 from handout.scanning.graph_cut import minimum_cut
 from handout.values import Array, Indices
+from handout.writing.forms import square_distances
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,7 +47,6 @@ _NEAR, _OF_RADIUS = 1.5, 0.3  # pixels, and share of the radius, within which tw
 _ONE = 0.02  # pixels within which two vertices are one
 _ENDING = 0.5  # radii before its end where a line gives way to one that goes on
 _ALIKE = 0.5  # cosine of twice the angle between them, at least
-_LAYERS = 2.0  # reaches between layers that are searched in one space
 
 _Mask = NDArray[np.bool_]
 _Pixels = NDArray[np.uint8]
@@ -56,14 +57,10 @@ def seam(a: _Pixels, b: _Pixels, both: _Mask, to_a: _Mask, to_b: _Mask) -> _Mask
 
     The cost of a seam between neighbours s and t is ‖a(s) − b(s)‖ + ‖a(t) − b(t)‖.
 
-    Parameters
-    ----------
     a, b : (h, w, 4) uint8, straight alpha.
     both : (h, w) bool: the overlap.
     to_a, to_b : (h, w) bool: pixels of it that are settled.
 
-    Notes
-    -----
     The change of luma between s and t, which some add to the cost so that seams rather run where nothing is cut, was
     tried with weight 2 and left out.  It moves few pixels, and those for the worse: along a ligature the seam then
     keeps to the flank of the stroke instead of crossing it, which leaves steps along the edge and ends of strokes cut
@@ -153,26 +150,21 @@ def _shared_vertices(layers: Sequence[GlyphLayer], corner: Indices, end: Indices
 
     corner, end : (m, 2) of the layers, on the page.
     """
-    from scipy.spatial import cKDTree
-
-    xy, radius, twice = (
-        np.concatenate([getattr(layer, name) for layer in layers]) for name in ("xy", "radius", "twice")
-    )
-    number = np.repeat(np.arange(len(layers)), [len(layer.xy) for layer in layers])
-    reach = np.maximum(_NEAR, _OF_RADIUS * radius)
-    apart = _LAYERS * reach.max()  # by which layers lie above each other
-    tree, found = cKDTree(np.column_stack([xy, number * apart])), np.zeros((2, len(xy)), dtype=bool)
-    for side, step in ((0, -1), (1, 1)):
-        # those over the other layer
-        other = np.clip(number + step, 0, len(layers) - 1)
-        some = np.flatnonzero((other != number) & ((xy >= corner[other]) & (xy < end[other])).all(axis=1))
-        away, at = tree.query(np.column_stack([xy, other * apart])[some], distance_upper_bound=float(reach.max()))
-        some, at, away = (part[away <= reach[some]] for part in (some, at, away))
-        cosine = (twice[some] * np.conj(twice[at])).real
-        along = cosine >= _ALIKE * np.abs(twice[some]) * np.abs(twice[at])
-        # where a ligature turns sharply the two see different directions; that its vertices are in one place is enough
-        found[side, some] = along | (away < _ONE)
-    return found
+    found = [np.zeros((2, len(layer.xy)), dtype=bool) for layer in layers]
+    for before, behind in pairwise(range(len(layers))):
+        for side, mine, other in ((0, behind, before), (1, before, behind)):
+            layer, beside = layers[mine], layers[other]
+            some = np.flatnonzero(((layer.xy >= corner[other]) & (layer.xy < end[other])).all(axis=1))
+            if not len(some):
+                continue
+            squares = square_distances(layer.xy[some], beside.xy)
+            at, away, twice = squares.argmin(axis=1), np.sqrt(squares.min(axis=1)), layer.twice[some]
+            cosine = (twice * np.conj(beside.twice[at])).real
+            along = cosine >= _ALIKE * np.abs(twice) * np.abs(beside.twice[at])
+            # where a ligature turns sharply they see different directions; that vertices are in one place is enough
+            near = away <= np.maximum(_NEAR, _OF_RADIUS * layer.radius[some])
+            found[mine][side, some] = near & (along | (away < _ONE))
+    return np.concatenate(found, axis=1)
 
 
 def _ending(layers: Sequence[GlyphLayer]) -> _Mask:

@@ -39,8 +39,6 @@ def mix_inks(rasters: Iterable[Raster]) -> Raster:
 def recolour_ink(raster: Raster, was: str, colour: str) -> Raster:
     """Ink in another colour, as thick everywhere as it was.
 
-    Parameters
-    ----------
     was, colour : ``"#rrggbb"``: the usual colour of the ink now, and what it is to be.
     """
     before, after = (-np.log(np.maximum(rgb(name), _DARKEST)) for name in (was, colour))

@@ -167,11 +167,9 @@ _SHARE = 0.02  # of the pieces: a colour of fewer is no ink of its own
 def areas(raster: Raster) -> list[tuple[str, list[Array]]]:
     """The edges of scanned ink.
 
-    Returns
-    -------
-    list of (colour, outlines)
-        For each ink, the one there is most of first: the mean colour in which it is seen on white, ``"#rrggbb"``, and
-        closed outlines (n, 2), mm on the page, the last point the first; those of holes turn the other way.
+    Returns list of (colour, outlines): for each ink, the one there is most of first: the mean colour in which it is
+    seen on white, ``"#rrggbb"``, and closed outlines (n, 2), mm on the page, the last point the first; those of holes
+    turn the other way.
 
     Source: own method.  A pale line is as wide as a dark one: its edge is where there is half as much ink as in the
     middle of the line, found between pixels by linear interpolation (marching squares).

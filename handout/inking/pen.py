@@ -92,10 +92,7 @@ def colour_code(colour: str) -> str:
 
 
 def rgb(colour: str) -> tuple[float, float, float]:
-    """(r, g, b) in 0–1 of a colour written ``"#1a1a2e"`` or ``"#abc"``.
-
-    Raises InputError: anything else.
-    """
+    """(r, g, b) in 0–1 of a colour written ``"#1a1a2e"`` or ``"#abc"``. Raises InputError: anything else."""
     if not _HEX.match(colour):
         raise InputError(f'colour: {colour!r} is not a colour; write it as "#rrggbb", such as "#1a1a2e".')
     digits = colour[1:] if len(colour) == 7 else "".join(digit * 2 for digit in colour[1:])

@@ -94,20 +94,12 @@ class _LinePiece:
 def replace_pen(manuscript: Manuscript, sample: ScannedHand, *, width: float | None = None) -> Manuscript:
     """The same writing with another pen.
 
-    Parameters
-    ----------
-    manuscript : Manuscript
-        Of scanned ink; glyphs without are left out.
-    sample : ScannedHand
-        Pages written with the pen; their letters need not be known.
-    width : float, optional
-        mm, of the usual line, 0.05 to 10; None: as wide as the pen's own.
+    manuscript : of scanned ink; glyphs without are left out.
+    sample : pages written with the pen; their letters need not be known.
+    width : mm, of the usual line, 0.05 to 10; None: as wide as the pen's own.
 
-    Returns
-    -------
-    Manuscript
-        Its ink is that of `sample`: give this to `texture` in place of the hand.  A word is two layers, of which each
-        covers the ends of the other's pieces.
+    Returns a manuscript with ink of `sample`: give this to `texture` in place of the hand.  A word is two layers, of
+    which each covers the ends of the other's pieces.
 
     Raises InputError: a width out of its bounds, or a sample without enough clear lines.
 
@@ -215,14 +207,9 @@ _LEAST, _MOST = 0.05, 10.0  # mm, of a line
 def add_strokes(page: Manuscript, written: Manuscript, sample: ScannedHand) -> Manuscript:
     """A page with the strokes of what was written on it, inked, after the letters of their lines.
 
-    Parameters
-    ----------
-    page : Manuscript
-        Of ink of `sample`.
-    written : Manuscript
-        The same lines, in which the strokes are; its ink is not looked at.
-    sample : ScannedHand
-        Whose ink the strokes are written with, as wide as the letters of the page.
+    page : of ink of `sample`.
+    written : the same lines, in which the strokes are; its ink is not looked at.
+    sample : whose ink the strokes are written with, as wide as the letters of the page.
 
     Raises InputError: there are strokes, and too few clear pieces of line to write them with.
     """
@@ -257,13 +244,8 @@ def _strokes_as_line(placed: Placed, sample: ScannedHand) -> Placed:
 def ink_drawing(manuscript: Manuscript, hand: ScannedHand, pen: ScannedHand | None = None) -> Drawing:
     """The drawing whose ink is that of the manuscript's glyphs; pixels are made when they are asked for.
 
-    Parameters
-    ----------
-    manuscript : Manuscript
-        Of glyphs of `hand`.
-    hand : ScannedHand
-    pen : ScannedHand, optional
-        Whose ink is taken instead of the hand's own; its letters need not be known.
+    manuscript : of glyphs of `hand`.
+    pen : whose ink is taken instead of the hand's own; its letters need not be known.
 
     Raises InputError: a pen of which there is too little.
     """

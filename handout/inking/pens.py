@@ -129,21 +129,12 @@ def noise(about: Mapping[str, Any]) -> np.random.Generator:
 def ink(drawing: Drawing, dpi: float, pen: Pen, rng: np.random.Generator) -> Raster:
     """Ink a drawing on a transparent page; where it has scanned ink, that is what it is written with.
 
-    Parameters
-    ----------
-    drawing : Drawing
-        Strokes without pressure get what is usual for their direction and speed; those with a colour of their own
+    drawing : strokes without pressure get what is usual for their direction and speed; those with a colour of their own
         have it.
-    dpi : float
-        20 to 4800.
-    pen : Pen
-    rng : Generator
-        For the unevenness of ink and paper; the same state gives the same gaps at any resolution.
+    dpi : 20 to 4800.
+    rng : for the unevenness of ink and paper; the same state gives the same gaps at any resolution.
 
-    Returns
-    -------
-    Raster
-        The whole page, (h, w, 4): over white, straight alpha shows the ink itself.  Pixels without ink are zero.
+    Returns the whole page, (h, w, 4): over white, straight alpha shows the ink itself.  Pixels without ink are zero.
 
     Raises InputError: a resolution or width out of its bounds, or a page of more than 4 gigapixels.
     """

@@ -40,13 +40,9 @@ def widths(stroke: Stroke, width: float, variation: float = 0.15, pace: float = 
     The stroke's own `width` if it has one; else wider with pressure, `width` at a pressure of 0.5; else wider
     where the pen is slower, since more ink flows there: `width` at the speed `pace` (mm/s).
 
-    Parameters
-    ----------
-    width : float
-        mm.
-    variation : float in 0–1
-        By how much of `width` the line becomes wider at full pressure or at rest, and thinner at none or at
-        high speed.
+    width : mm.
+    variation : float in 0–1: by how much of `width` the line becomes wider at full pressure or at rest, and thinner at
+        none or at high speed.
     """
     if stroke.width is not None:
         return np.maximum(stroke.width, _FINEST)
@@ -60,14 +56,9 @@ def widths(stroke: Stroke, width: float, variation: float = 0.15, pace: float = 
 def coverage(drawing: Drawing, dpi: float, *, width: float = 0.4, variation: float = 0.15) -> NDArray[np.uint8]:
     """(h, w) uint8: how much of each pixel of the page the line covers, 255 for all of it.
 
-    Parameters
-    ----------
-    drawing : Drawing
-        What lies beyond the edge of its page is left out.
-    dpi : float
-        20 to 4800.
-    width : float
-        Nominal width of the line, mm, 0.02 to 50; `variation` as in `widths`.
+    drawing : what lies beyond the edge of its page is left out.
+    dpi : 20 to 4800.
+    width : nominal width of the line, mm, 0.02 to 50; `variation` as in `widths`.
 
     Raises InputError: a resolution, width or variation out of its bounds, or a page of more than 4 gigapixels.
     """
@@ -86,10 +77,7 @@ def ink(
 
     Parameters are those of `coverage`, and the colour of the ink: (r, g, b) in 0–1, device RGB.
 
-    Returns
-    -------
-    Raster
-        The whole page, (h, w, 4); pixels without ink are zero in all channels, and take memory only near ink.
+    Returns the whole page, (h, w, 4); pixels without ink are zero in all channels, and take memory only near ink.
     """
     cover = coverage(drawing, dpi, width=width, variation=variation)
     rgba = np.zeros((*cover.shape, 4), dtype=np.uint8)

@@ -9,18 +9,16 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cached_property, lru_cache
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from handout.hand.scanned import ScannedPage
 from handout.values import Array, Ink
-
-if TYPE_CHECKING:
-    from scipy.spatial import cKDTree
+from handout.writing.forms import square_distances
 
 _OWN = 0.8  # pixels within which a vertex of the page is the glyph's: less than the distance of two vertices
+_NEAR = 3.0  # pixels around a line, which lies along its page's, in which the page's is looked for
 
 _Pixels = NDArray[np.float32]
 Box = tuple[int, int, int, int]
@@ -32,12 +30,6 @@ class InkSource:
     def __init__(self, page: ScannedPage) -> None:
         self.page = page
         self.radius: Array = page.graph.radius / page.pixel
-
-    @cached_property
-    def tree(self) -> cKDTree:
-        from scipy.spatial import cKDTree
-
-        return cKDTree(self.page.graph.uv)
 
     @cached_property
     def _neighbours(self) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
@@ -82,28 +74,36 @@ class InkSource:
         left, top, right, bottom = box
         on_line = np.zeros(len(self.radius), dtype=bool)
         on_line[own] = True
-        order, x = self._by_x
-        near = order[np.searchsorted(x, left, side="right") : np.searchsorted(x, right - 1)]
-        y = self.page.graph.uv[near, 1]
+        near = self.within((left, top, right - 1, bottom - 1))
         first, neighbours = self._neighbours
         mine = np.flatnonzero(on_line)
         count = first[mine + 1] - first[mine]
         position = np.repeat(first[mine] - (np.cumsum(count) - count), count) + np.arange(count.sum())
         ends = np.unique(np.repeat(mine, count)[~on_line[neighbours[position]]])
-        return near[(y > top) & (y < bottom - 1) & ~on_line[near]], ends
+        return near[~on_line[near]], ends
+
+    def within(self, box: tuple[float, float, float, float]) -> NDArray[np.intp]:
+        """Vertices (n,) inside a part of the picture (left, top, right, bottom), pixels."""
+        order, x = self._by_x
+        near = order[np.searchsorted(x, box[0], side="right") : np.searchsorted(x, box[2])]
+        y = self.page.graph.uv[near, 1]
+        return np.asarray(near[(y > box[1]) & (y < box[3])])
 
 
 def own_vertices(inks: Sequence[Ink], sources: Mapping[int, InkSource]) -> list[tuple[Array, NDArray[np.intp]]]:
     """For each ink the radius (n,) of its line in the picture, pixels, and the page's vertices on it."""
-    found = {}
-    for number in {ink.source for ink in inks}:
-        some = [k for k, ink in enumerate(inks) if ink.source == number]
-        away, at = sources[number].tree.query(np.concatenate([inks[k].graph.uv for k in some]))
-        radius, end = np.append(sources[number].radius, 1.0), 0  # 1 for a page without any
-        for k in some:
-            part = np.s_[end : (end := end + len(inks[k].graph))]
-            found[k] = radius[at[part]], at[part][away[part] < _OWN]
-    return [found[k] for k in range(len(inks))]
+    found = []
+    for ink in inks:
+        source, uv = sources[ink.source], ink.graph.uv
+        near = source.within((*(uv.min(axis=0) - _NEAR), *(uv.max(axis=0) + _NEAR)))
+        near = near if len(near) else np.arange(len(source.radius))
+        if not len(near):  # a page without any
+            found.append((np.ones(len(uv)), near))
+            continue
+        apart = square_distances(uv, source.page.graph.uv[near])
+        at = near[apart.argmin(axis=1)]
+        found.append((source.radius[at], at[apart.min(axis=1) < _OWN**2]))
+    return found
 
 
 @lru_cache(maxsize=8)
@@ -187,8 +187,6 @@ def factors(start: _Complex, turn: _Complex, mirror: _Complex) -> _Pixels:
 
 def course(inks: Sequence[Ink], source_radius: Sequence[Array], scales: Array) -> Course:
     """The course of glyphs; for each the radius (n,) of its line in the picture, and pixels of the page a mm."""
-    from scipy.sparse import csr_matrix
-
     sizes = np.array([len(ink.graph) for ink in inks])
     glyph, first = np.repeat(np.arange(len(inks)), sizes), np.cumsum(sizes) - sizes
     xy, uv, radius = (np.concatenate([getattr(ink.graph, part) for ink in inks]) for part in ("xy", "uv", "radius"))
@@ -196,13 +194,12 @@ def course(inks: Sequence[Ink], source_radius: Sequence[Array], scales: Array) -
     at, uv, radius = _plane(xy) * scale - 0.5 * (1 + 1j), _plane(uv), radius * scale
     a, b = np.concatenate([ink.graph.edges + start for ink, start in zip(inks, first, strict=True)]).T
     step, cut = at[b] - at[a], uv[b] - uv[a]
-    # a matrix that gives every vertex the mean of itself and its neighbours
+    # every vertex is given the mean of itself and its neighbours
     vertex = np.arange(count)
     rows, other = np.concatenate([a, b, vertex]), np.concatenate([b, a, vertex])
     order = np.lexsort((other, rows))
     size = np.bincount(rows, minlength=count)
-    ends = np.concatenate([[0], np.cumsum(size)])
-    spread = csr_matrix(((1 / size)[rows[order]], other[order], ends), shape=(count, count))
+    ends, beside, share = np.cumsum(size) - size, other[order], (1 / size)[rows[order]]
 
     def sum_around(values: _Complex) -> _Complex:
         """(n,) sums over the edges at each vertex."""
@@ -216,12 +213,12 @@ def course(inks: Sequence[Ink], source_radius: Sequence[Array], scales: Array) -
         for values in (np.abs(step) ** 2 + 0j, np.conj(step) * cut, np.abs(step) * np.abs(cut) + 0j, step**2)
     )
     columns = [part for values in (step_square, narrow, length, direction) for part in (values.real, values.imag)]
-    smooth = np.stack([*columns, np.concatenate(source_radius), radius], axis=1)
+    smooth = [*columns, np.concatenate(source_radius), radius]
     for _ in range(_SMOOTH):
-        smooth = spread @ smooth
-    square, wide, long, along_line = (smooth[:, k] + 1j * smooth[:, k + 1] for k in range(0, 8, 2))
+        smooth = [np.add.reduceat(share * values[beside], ends) for values in smooth]
+    square, wide, long, along_line = (smooth[k] + 1j * smooth[k + 1] for k in range(0, 8, 2))
     moving = np.abs(square) > 0
-    width = np.abs(smooth[:, 8] / np.maximum(smooth[:, 9], 1e-9))
+    width = np.abs(smooth[8] / np.maximum(smooth[9], 1e-9))
     # where a line turns back on itself the movements on its two sides cancel out: the narrower mean is used
     torn = np.abs(wide) < _ALIKE * np.abs(long)
     turn = np.where(

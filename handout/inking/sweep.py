@@ -40,6 +40,7 @@ _Pixels = NDArray[np.float32]
 _JUNCTION = 1.5  # radii from a junction, within which the width of a line is none of its own
 _WIDEST = 1.5  # radii: what is wider is a blot, or two lines side by side
 _FEWEST = 200  # pixels of clear line that ink can be taken from
+_ENOUGH = 50_000  # of them, there and back: what is made of them looks like what is made of half a million
 _AHEAD = 3.0  # radii before and after a place, whose directions count
 _END, _NEAR = 1.6, 1.6  # what the nearness of an end counts beside a direction; radii at which it is 1/e
 _EVEN = 1.2  # radii over which a line's middle is smoothed: its waver is part of its ink
@@ -116,16 +117,20 @@ class Stock:
 
 @lru_cache(maxsize=2)
 def stock(hand: ScannedHand) -> Stock:
-    """The places on a hand's lines.
+    """Places on a hand's lines, as many as serve.
 
     Raises InputError: there are too few.
     """
     unit, ink = hand.pages[0].pixel, [letter_vertices(hand, k) for k in range(len(hand.pages))]
     radii = [page.graph.radius[some] / unit for page, some in zip(hand.pages, ink, strict=True)]
     usual = float(np.median(np.concatenate(radii))) if sum(map(len, radii)) else 1.0
-    each = [list(_lines(page, some, usual, unit)) for page, some in zip(hand.pages, ink, strict=True)]
+    each, free_count = list[list[_StockLine]](), 0
+    for scan, some in zip(hand.pages, ink, strict=True):
+        if free_count < _ENOUGH:
+            each.append(list(_lines(scan, some, usual, unit)))
+            free_count += sum(int(line.free.sum()) for line in each[-1])
     lines = [line for lines in each for line in lines]
-    if sum(int(line.free.sum()) for line in lines) < _FEWEST:
+    if free_count < _FEWEST:
         raise InputError(
             f"{hand.name}: there are too few clear pieces of line to take a pen from; scribble half a page of loose "
             "waves and strokes with it, not over each other."
@@ -134,16 +139,16 @@ def stock(hand: ScannedHand) -> Stock:
     sizes = [len(line.xy) for line in lines]
     ends = np.cumsum([0, *sizes])
     page = np.repeat(np.arange(len(each)), [sum(len(line.xy) for line in lines) for lines in each])
-    dark = np.concatenate([_darkness(scan, xy[page == k], unit) for k, scan in enumerate(hand.pages)])
+    dark = np.concatenate([_darkness(hand.pages[k], xy[page == k], unit) for k in range(len(each))])
     first, last = np.repeat(ends[:-1], sizes), np.repeat(ends[1:] - 1, sizes)
     return Stock(xy, along, radius, features, free, loose, first, last, page, dark, usual)
 
 
 def _lines(page: ScannedPage, ink: NDArray[np.bool_], usual: float, unit: float) -> Iterator[_StockLine]:
-    """The lines of a page that lie clear somewhere, led on beyond their ends, each there and back."""
+    """Lines of a page that lie clear somewhere, led on beyond their ends, each there and back."""
     graph, more = page.graph, tip(usual)
     clear_ink, out = (clear(graph) & ink).astype(np.float64), np.arange(1, more + 1)[:, None]
-    for path in graph.branches:
+    for path in graph.branches[:: max(1, int(2 * clear_ink.sum() / _ENOUGH))]:
         run = arc_length(graph.xy[path] / unit)
         if run[-1] < 2 * usual or not clear_ink[path].any():
             continue

@@ -40,14 +40,7 @@ def shift(ink: Ink, dpi: float) -> Array:
 
 
 def snap_to_pixels(word: Sequence[Ink], dpi: float) -> list[Ink]:
-    """The inks of a word, on whole pixels where all of it only moves.
-
-    Parameters
-    ----------
-    word : sequence of Ink
-    dpi : float
-        Of the page.
-    """
+    """The inks of a word, on whole pixels where all of it only moves; `dpi` : of the page."""
     if len({ink.source for ink in word}) != 1:
         return list(word)
     moves = np.concatenate([shift(ink, dpi) for ink in word])
@@ -71,22 +64,13 @@ _NEW: Any = object()
 def texture(manuscript: Manuscript, hand: ScannedHand, dpi: float, *, margin: float = MARGIN) -> Raster:
     """The ink of a page on a transparent sheet.
 
-    Parameters
-    ----------
-    manuscript : Manuscript
-        Its glyphs carry `ink`; those that do not are left out.
-    hand : ScannedHand
-        Whose pictures the ink is about.
-    dpi : float
-        20 to 4800.
-    margin : float
-        mm around the line within which ink is taken along.
+    manuscript : its glyphs carry `ink`; those that do not are left out.
+    hand : whose pictures the ink is about.
+    dpi : 20 to 4800.
+    margin : mm around the line within which ink is taken along.
 
-    Returns
-    -------
-    Raster
-        The whole page, (h, w, 4), straight alpha, device RGB; pixels without ink are zero in all channels, and take
-        memory only near ink.
+    Returns the whole page, (h, w, 4), straight alpha, device RGB; pixels without ink are zero in all channels, and take
+    memory only near ink.
 
     Raises InputError: a resolution out of its bounds, a page of more than 4 gigapixels, or ink of a page that the hand
     does not have.

@@ -71,14 +71,9 @@ def warp(
 ) -> list[GlyphLayer | None]:
     """The ink of each glyph on a page of `shape` (height, width) pixels; None where it lies outside.
 
-    Parameters
-    ----------
-    inks : sequence of Ink
-        A line with a negative `number` is put together from clear pieces: all ink around it is taken with it.
-    sources : mapping of `Ink.source` to Source
-        The pages of the hand that the ink comes from.
-    margin : float
-        mm of the page around the line within which the picture is taken.
+    inks : a line with a negative `number` is put together from clear pieces: all ink around it is taken with it.
+    sources : the pages of the hand that the ink comes from.
+    margin : mm of the page around the line within which the picture is taken.
     """
     layers: list[GlyphLayer | None] = [None] * len(inks)
     numbers = np.array([k for k, ink in enumerate(inks) if len(ink.graph)], dtype=np.intp)

@@ -97,8 +97,6 @@ def load(
 ) -> LetterFile:
     """A letter, of the path of its file, or of its text.
 
-    Parameters
-    ----------
     name : what messages call a text; folder : where the pictures of a text are looked for; None: it has none.
     alone : whether names that lead to files are refused, but for those of pictures in the folder.
 

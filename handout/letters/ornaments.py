@@ -29,9 +29,6 @@ _RULE_RISE = 0.006  # tangent of a line across a page, standard deviation
 class Ornaments:
     """Draws the ornaments of one letter; a writer underlines now a little lower, now a little further.
 
-    Parameters
-    ----------
-    rng : numpy.random.Generator
     jitter : scale of all variation.
     """
 

@@ -119,8 +119,6 @@ def lay_out(
 ) -> list[tuple[float, Box]]:
     """The pieces of a formula between which a line may end, each with the gap before it, its left end at x = 0.
 
-    Parameters
-    ----------
     boxes : of each leaf as the hand sets it: left, bottom, right and top of its ink, x-heights.
     displayed : whether it has a line of its own.
     wander : of all variation.

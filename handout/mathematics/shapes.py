@@ -7,8 +7,12 @@ whoever moves the pen passes through them.  All proportions are drawn by eye.
 from __future__ import annotations
 
 import itertools
+import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -31,65 +35,16 @@ _STEP = 0.8  # x-heights from one point of a straight way to the next
 _WOBBLE = 0.022  # x-heights, standard deviation of points from where they were drawn
 _TILT = 0.012  # tangent, standard deviation, of a rule
 
-# in a frame from 0 to 1 both ways: strokes that are stretched over their height, and the width of one that is 3 high
-_STRETCHED: dict[str, tuple[tuple[tuple[tuple[float, float], ...], ...], float]] = {
-    "(": ((((0.9, 1.0), (0.35, 0.82), (0.1, 0.5), (0.3, 0.18), (0.85, 0.0)),), 0.5),
-    "[": (
-        (
-            (
-                *((0.95, 1.0), (0.5, 1.0), (0.1, 0.99), (0.1, 0.75), (0.1, 0.5)),
-                *((0.1, 0.25), (0.1, 0.01), (0.5, 0.0), (0.95, 0.01)),
-            ),
-        ),
-        0.46,
-    ),
-    "{": (
-        (
-            (
-                *((0.95, 1.0), (0.6, 0.97), (0.45, 0.82), (0.47, 0.62), (0.05, 0.5)),
-                *((0.47, 0.4), (0.45, 0.18), (0.58, 0.03), (0.95, 0.0)),
-            ),
-        ),
-        0.6,
-    ),
-    "⟨": ((((0.9, 1.0), (0.5, 0.75), (0.1, 0.5), (0.5, 0.25), (0.9, 0.0)),), 0.45),
-    "⌈": ((((0.95, 1.0), (0.5, 1.0), (0.1, 0.99), (0.1, 0.66), (0.1, 0.33), (0.12, 0.0)),), 0.46),
-    "⌊": ((((0.1, 1.0), (0.1, 0.66), (0.1, 0.33), (0.1, 0.01), (0.5, 0.0), (0.95, 0.01)),), 0.46),
-    "|": ((((0.5, 1.0), (0.5, 0.5), (0.5, 0.0)),), 0.12),
-    "‖": ((((0.1, 1.0), (0.1, 0.5), (0.1, 0.0)), ((0.9, 1.0), (0.9, 0.5), (0.9, 0.0))), 0.34),
-    "/": ((((0.95, 1.0), (0.5, 0.5), (0.05, 0.0)),), 0.8),
-    "∑": (
-        (
-            (
-                *((0.92, 0.86), (0.95, 1.0), (0.5, 0.985), (0.08, 0.97), (0.32, 0.73), (0.56, 0.51)),
-                *((0.3, 0.27), (0.04, 0.03), (0.5, 0.02), (0.98, 0.0), (1.0, 0.15)),
-            ),
-        ),
-        2.0,
-    ),
-    "∏": (
-        (
-            ((0.02, 0.98), (0.35, 1.0), (0.68, 0.99), (1.0, 1.0)),
-            ((0.22, 0.98), (0.21, 0.5), (0.18, 0.0)),
-            ((0.78, 0.99), (0.78, 0.5), (0.8, 0.0)),
-        ),
-        1.9,
-    ),
-    "⋃": ((((0.04, 1.0), (0.04, 0.5), (0.2, 0.1), (0.5, 0.0), (0.8, 0.1), (0.96, 0.5), (0.97, 1.0)),), 1.7),
-    "∫": (
-        (
-            (
-                *((0.98, 0.88), (0.86, 0.99), (0.66, 0.93), (0.57, 0.72), (0.5, 0.5)),
-                *((0.43, 0.27), (0.33, 0.06), (0.13, 0.0), (0.0, 0.11)),
-            ),
-        ),
-        1.0,
-    ),
-}
 _MIRRORED = {")": "(", "]": "[", "}": "{", "⟩": "⟨", "⌉": "⌈", "⌋": "⌊"}
 _UPSIDE_DOWN = {"⋂": "⋃", "∐": "∏"}
 _LIKE = {**_MIRRORED, **_UPSIDE_DOWN, "∮": "∫"}
 _GROWTH = 0.25  # a bracket twice as high is so many times (as a power of two) as wide
+
+
+@cache
+def _stretched() -> dict[str, dict[str, Any]]:
+    """The strokes of signs that are stretched over their height, and the width of one that is 3 high."""
+    return tomllib.loads(Path(__file__).with_name("stretched.toml").read_text(encoding="utf-8"))
 
 
 def draw_sign(sign: str, bottom: float, top: float, size: float, wander: Wander) -> list[Array]:
@@ -97,11 +52,11 @@ def draw_sign(sign: str, bottom: float, top: float, size: float, wander: Wander)
 
     size : of what stands beside it, which it is as wide for.
     """
-    drawn, wide = _STRETCHED[_LIKE.get(sign, sign)]
+    drawn = _stretched()[_LIKE.get(sign, sign)]
     height = top - bottom
-    width = wide * size * (height / (3.0 * size)) ** (1.0 if sign in "∑∏∐⋃⋂" else _GROWTH)
+    width = drawn["width"] * size * (height / (3.0 * size)) ** (1.0 if sign in "∑∏∐⋃⋂" else _GROWTH)
     strokes = []
-    for points in drawn:
+    for points in drawn["strokes"]:
         unit = np.array(points)
         if sign in _MIRRORED:
             unit[:, 0] = 1 - unit[:, 0]

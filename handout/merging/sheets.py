@@ -18,8 +18,6 @@ _MOST_CARDS = 20  # of a row or a column; set by eye, against a slip of the keyb
 def overlay_drawings(drawings: Sequence[Drawing], page: Page, corners: Sequence[tuple[float, float]] = ()) -> Drawing:
     """The drawings on one page, drawn one after the other.
 
-    Parameters
-    ----------
     corners : mm, where the upper left corner of each lies on the page; all in the page's own, if empty.
     """
     corners = corners or [(0.0, 0.0)] * len(drawings)

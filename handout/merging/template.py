@@ -97,23 +97,18 @@ class LetterTemplate:
         return InputError(f"{self.title}, {self._line(self.names[name])}: {what}.")
 
     def check(self, columns: Collection[str], headers: Collection[str], table: str) -> None:
-        """Refuse names that no column has.
-
-        Raises InputError: there is one; the message names the nearest.
-        """
+        """Refuse names that no column has. Raises InputError: there is one; the message names the nearest."""
         for name in self.names:
             among = headers if name in self._headers else columns
             if name not in among:
                 near = difflib.get_close_matches(name, among, 1, 0.6)
-                hint = f"did you mean {near[0]}? " if near else ""
+                hint = f" (did you mean {near[0]}?)" if near else ""
                 has = ", ".join(among) or "none"
-                raise self.wrong(name, f"{table} has no column {name!r}: {hint}It has {has}")
+                raise self.wrong(name, f"{table} has no column {name!r}{hint}; it has {has}")
 
     def fill(self, values: Mapping[str, str], row: Mapping[str, str], language: str = "en") -> str:
         """The letter of one row.
 
-        Parameters
-        ----------
         values : name → cell; row : header → cell.
         language : of the row, for dates.
 

@@ -88,18 +88,13 @@ def factorise(
 ) -> Chain:
     """Factorise ``H = blockdiag(weights) + stiffness · Δⁿ'Δⁿ + Δ' blockdiag(velocity) Δ`` under end conditions.
 
-    Parameters
-    ----------
-    weights : (N,) or (N, D, D) float
-        Precision of each sample's target.
-    stiffness : float
-        Weight of the squared differences: ``(smooth · steps)^(2 order)`` where the weights are about 1.
-    order : int
-        Order of the chain of integrators; N ≥ 2 order.
-    start, end : {"free", "rest", "fixed"}
-        "rest": the first (last) `order` samples coincide; "fixed" (start only): at a given place.
-    velocity : (N − 1, D, D) float, optional
-        Precision of each step from one sample to the next; needs weights of shape (N, D, D).
+    weights : (N,) or (N, D, D) float: precision of each sample's target.
+    stiffness : weight of the squared differences: ``(smooth · steps)^(2 order)`` where the weights are about 1.
+    order : order of the chain of integrators; N ≥ 2 order.
+    start, end : {"free", "rest", "fixed"}: "rest": the first (last) `order` samples coincide; "fixed" (start only): at
+        a given place.
+    velocity : (N − 1, D, D) float, optional: precision of each step from one sample to the next; needs weights of shape
+        (N, D, D).
 
     Raises numpy.linalg.LinAlgError: so stiff that the form is singular to working precision.
     """

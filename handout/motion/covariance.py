@@ -18,14 +18,6 @@ LOOSENESS = 0.05
 FLOOR = 1e-9
 
 
-def orient_ellipses(axes: ArrayLike, angles: ArrayLike) -> Array:
-    """Covariances (m, 2, 2) of ellipses with half axes `axes` (m, 2), mm, turned by `angles` (m,), rad."""
-    cos, sin = np.cos(angles), np.sin(angles)
-    turn = np.stack([np.stack([cos, -sin], -1), np.stack([sin, cos], -1)], -2)
-    columns = turn * np.asarray(axes, dtype=np.float64)[:, None, :]
-    return np.asarray(columns @ np.swapaxes(columns, 1, 2))
-
-
 def tie_covariances(basis: ArrayLike, sizes: ArrayLike) -> Array:
     """Covariances (m, D, D) of one shape: ``sizes[i] · basis basisᵀ``.
 

@@ -40,28 +40,18 @@ def follow(
 ) -> tuple[Array, Array]:
     """A timed path that starts and ends at rest and passes nearly through the points of a plan.
 
-    Parameters
-    ----------
-    plan : ActionPlan
-        Points on the curve.  One point gives a dwell: two samples in one place, an interval apart.  Two points give
+    plan : points on the curve.  One point gives a dwell: two samples in one place, an interval apart.  Two points give
         the straight movement of least effort.  Targets of larger covariance than the others may be cut.
-    order : int
-        Which derivative is the effort, 2–5.
-    steps : int
-        Samples an interval.
-    rng : numpy.random.Generator, optional
-        Needed where `jitter` > 0.
-    jitter : float
-        Motor noise: its standard deviation at the targets, in units of the plan's covariances (where it has none: of
-        a twentieth of the distance of its points).
-    baked_at : float, optional
-        The smoothness at which the targets are sought that lead through the points; default: the plan's own.  Played
-        at a larger one the writing is hasty and cuts its corners.
+    order : which derivative is the effort, 2–5.
+    steps : samples an interval.
+    rng : needed where `jitter` > 0.
+    jitter : motor noise: its standard deviation at the targets, in units of the plan's covariances (where it has none:
+        of a twentieth of the distance of its points).
+    baked_at : the smoothness at which the targets are sought that lead through the points; default: the plan's own.
+        Played at a larger one the writing is hasty and cuts its corners.
 
-    Returns
-    -------
-    t : (n,) float, s, from 0; an interval a point.
-    xy : (n, 2) float, mm.
+    Returns t : (n,) float, s, from 0; an interval a point.
+        xy : (n, 2) float, mm.
 
     Raises ValueError: no points, no `rng`, a parameter outside its bounds.
     """

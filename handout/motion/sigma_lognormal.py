@@ -47,15 +47,11 @@ def follow(
 ) -> tuple[Array, Array]:
     """A timed path of lognormal pulses that starts and ends at rest and passes through the points of a plan.
 
-    Parameters
-    ----------
     plan, steps, rng, jitter, baked_at : as in `optimal_control.follow`; covariances matter for `jitter` only, which
         displaces the points and varies the duration and bend of the pulses.
 
-    Returns
-    -------
-    t : (n,) float, s, from 0; an interval a point.
-    xy : (n, 2) float, mm; the first and last sample are the first and last point.
+    Returns t : (n,) float, s, from 0; an interval a point.
+        xy : (n, 2) float, mm; the first and last sample are the first and last point.
 
     Raises ValueError: no points, no `rng`, or fewer than two steps.
     """

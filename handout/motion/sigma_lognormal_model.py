@@ -53,16 +53,10 @@ class Pulses:
 def pulses(duration: ArrayLike, asymmetry: ArrayLike, theta: ArrayLike, onset: ArrayLike) -> Pulses:
     """Pulses from parameters that can be read.
 
-    Parameters
-    ----------
-    duration : (k,) float, s
-        From −3 to +3 standard deviations of the logarithm: 99.73 % of the pulse.
-    asymmetry : (k,) float
-        One minus mode over median of the speed; kept in 0.001–0.6.
-    theta : (k,) float, rad
-        Half the turning; kept within ±2.6.
-    onset : (k,) float, s
-        When the duration begins.
+    duration : (k,) float, s: from −3 to +3 standard deviations of the logarithm: 99.73 % of the pulse.
+    asymmetry : (k,) float: one minus mode over median of the speed; kept in 0.001–0.6.
+    theta : (k,) float, rad: half the turning; kept within ±2.6.
+    onset : (k,) float, s: when the duration begins.
 
     Raises ValueError: a duration that is not positive and finite.
 

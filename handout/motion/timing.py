@@ -98,8 +98,6 @@ _DWELL = 0.07  # s, of a dot
 def time_in_air(way: float, *, line: bool, word: bool, deviation: float = 0.0) -> float:
     """Seconds with the pen up.
 
-    Parameters
-    ----------
     way : x-heights from the end of one movement to the beginning of the next.
     line, word : whether they are on different lines, and of different words.
     deviation : how many standard deviations the pause is longer or shorter than usual.
@@ -155,8 +153,6 @@ def sample_paths(paths: Sequence[Array]) -> SampledPaths:
 def time_paths(paths: SampledPaths, stroke: float = STROKE) -> PathTimes:
     """When the pen is where.
 
-    Parameters
-    ----------
     stroke : s, the usual duration of a stroke; see `AirTime`.
     """
     bend = curvature(paths)
@@ -277,8 +273,6 @@ def timed_strokes(
 ) -> Iterator[Stroke]:
     """Timed strokes along some paths.
 
-    Parameters
-    ----------
     paths : in the order of writing; lines : of each, the number of its line on the page.
     x_height : mm.
     speed : 1 is a person's.

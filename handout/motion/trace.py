@@ -73,19 +73,11 @@ def trace(
     pen's paths over it and `timing` their pace, whatever the engine; each stroke has the colour of its page's ink, and
     there is no tremor.
 
-    Parameters
-    ----------
-    engine : {"optimal-control", "sigma-lognormal"}
-        Source: seed 003 and seed 002; both take the same points.
-    speed : float
-        Pace of the writing, 1 is the hand's own.
-    jitter : float
-        Scale of the variation of pace and of the pen's tremor.
+    engine : {"optimal-control", "sigma-lognormal"}: Source: seed 003 and seed 002; both take the same points.
+    speed : pace of the writing, 1 is the hand's own.
+    jitter : scale of the variation of pace and of the pen's tremor.
 
-    Raises
-    ------
-    InputError
-        Unknown engine, or a speed outside 0.05 to 50.
+    Raises InputError: unknown engine, or a speed outside 0.05 to 50.
     """
     if not 0.05 <= speed <= 50:
         raise InputError(f"speed: {speed:g} is outside 0.05 to 50 (1 is the pace of a person).")

@@ -260,28 +260,18 @@ def mean(
 ) -> Array:
     """The path of least effort near Gaussian targets.
 
-    Parameters
-    ----------
-    targets : (m, D) float
-        Means of the targets, one an interval.
-    covariances : (m, D, D) float, optional
-        Their covariances; only their sizes relative to each other matter.  Default: all alike, round.
-    smooth : float
-        Smoothing time over the interval: below .1 the path dwells at each target, .2–.3 gives one speed peak a
+    targets : (m, D) float: means of the targets, one an interval.
+    covariances : (m, D, D) float, optional: their covariances; only their sizes relative to each other matter.
+        Default: all alike, round.
+    smooth : smoothing time over the interval: below .1 the path dwells at each target, .2–.3 gives one speed peak a
         target, from .4 on targets are cut.
-    steps : int
-        Samples an interval.
-    order : int
-        Which derivative is the effort: 2–5 (4: snap).
-    ends : {"fixed", "free", "rest"}
-        "fixed": starts at rest in the first target's mean, ends anywhere; "free": any state at both ends; "rest": at
-        rest at both ends, near the first and the last target.
-    guide : Guide, optional
-        What the velocity is held to; for targets in the plane.
+    steps : samples an interval.
+    order : which derivative is the effort: 2–5 (4: snap).
+    ends : {"fixed", "free", "rest"}: "fixed": starts at rest in the first target's mean, ends anywhere; "free": any
+        state at both ends; "rest": at rest at both ends, near the first and the last target.
+    guide : what the velocity is held to; for targets in the plane.
 
-    Returns
-    -------
-    (m·steps, D) float : positions; target i has its centre between samples i·steps and (i+1)·steps − 1.
+    Returns (m·steps, D) float: positions; target i has its centre between samples i·steps and (i+1)·steps − 1.
 
     Source: seed 003, §3.1, eq. 6–14 (as one banded system in the positions), and eq. 18–21 for a guide.
     """

@@ -35,8 +35,6 @@ def match_columns(
 ) -> tuple[dict[int, Field], list[str]]:
     """Match each column with the field that it answers; with sentences on columns that answer none.
 
-    Parameters
-    ----------
     header : the names of the columns.
     columns : what columns answer where their headers do not say it, "field=column"; "=column" for none.
     """

@@ -58,10 +58,7 @@ SETTINGS = EntrySettings()
 
 @dataclass(frozen=True)
 class FieldFrame:
-    """A field's own frame.
-
-    scale : how many times as large as on the page all is in it.
-    """
+    """A field's own frame; scale : how many times as large as on the page all is in it."""
 
     box: Box
     turn: int
@@ -240,8 +237,6 @@ def page_manuscript(
 ) -> Manuscript:
     """The writing on one page of a form.
 
-    Parameters
-    ----------
     entries : what was set of each; None for a mark.
     """
     lines: list[Line] = []
@@ -369,8 +364,6 @@ _SEARCH = RuleSearch()
 def rules(page: NDArray[np.uint8], box: Box) -> tuple[float, ...]:
     """Heights of level lines as wide as a field, mm from the field's top, downwards.
 
-    Parameters
-    ----------
     page : (h, w, 3) uint8, drawn at `DPI`.
     box : of the field, mm, as it is shown.
     """

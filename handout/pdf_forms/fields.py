@@ -102,10 +102,7 @@ class PdfForm:
 
 @contextmanager
 def open_pdf(path: Path) -> Iterator[Any]:
-    """Open a PDF with pikepdf.
-
-    Raises InputError: the library is missing; not a PDF, damaged, locked, or too large.
-    """
+    """Open a PDF with pikepdf. Raises InputError: the library is missing; not a PDF, damaged, locked, or too large."""
     try:
         import pikepdf
     except ImportError as error:
@@ -282,8 +279,7 @@ class _Fields:
         sentences = []
         for names, phrase in said:
             if names:
-                more = f" and {len(names) - _MOST_NAMED} more" if len(names) > _MOST_NAMED else ""
-                listed = ", ".join(names[:_MOST_NAMED]) + more
+                listed = units.listed(names, _MOST_NAMED)
                 sentences.append(phrase.format(f"{listed} {'is' if len(names) == 1 else 'are'}"))
         signed = (each for each in form.get("/Fields", ()) if str(each.get("/FT", "")) == "/Sig")
         if int(form.get("/SigFlags", 0)) & 1 and any(find_inherited(each, "/V") is not None for each in signed):

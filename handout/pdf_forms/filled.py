@@ -152,8 +152,6 @@ def _frame(rectangle: Any, characteristics: Any) -> bytes:
 def fill_form(base: bytes, form: PdfForm, writing: Mapping[int, tuple[bytes, bool]]) -> bytes:
     """A form's pages with writing on them.
 
-    Parameters
-    ----------
     base : as `blank` makes it.
     writing : by the number of a page from 0: a PDF of one page, as large as that is shown, and whether it is a picture
         on white, through which the form is seen as through ink.

@@ -26,13 +26,11 @@ _AS_SHOWN = (
 def try_table(table: Path, letter: str, markdown: bool, plan: BatchPlan, row: int | None = None) -> Facts:
     """A table before it is kept: its columns as a letter calls them, what is odd of its rows, the letter of one.
 
-    Returns
-    -------
-    columns : `name`, which stands in gaps, and `header`; rows : `row`, `called`, `why` it is to be looked at, and
-        `filled`, its letter.
-    trouble : why the letter does not fit the table; no_envelopes : why no envelopes can be addressed.
-    numbers : of all rows in the file.
-    tried : the `row` that is asked for by its number, in place of all.
+    Returns columns : `name`, which stands in gaps, and `header`; rows : `row`, `called`, `why` it is to be looked at,
+        and `filled`, its letter.
+        trouble : why the letter does not fit the table; no_envelopes : why no envelopes can be addressed.
+        numbers : of all rows in the file.
+        tried : the `row` that is asked for by its number, in place of all.
 
     Raises InputError: the table cannot be read.
     """

@@ -68,10 +68,7 @@ def _tell_stored(calibration: Calibration, reference: FrameReference | None = No
 
 
 def begin(place: CalibrationPlace, profile: Printer) -> Wizard:
-    """The wizard of a calibration, which is begun, or gone on with.
-
-    Raises InputError: as `Wizard`.
-    """
+    """The wizard of a calibration, which is begun, or gone on with. Raises InputError: as `Wizard`."""
     chart, options = place.chart, place.options
     name = options.scanner or options.scanner_name or ("simulated flatbed" if profile.simulated else "")
     task = CalibrationTask(

@@ -278,10 +278,7 @@ def build_table(place: CalibrationPlace, *, listener: Listener = SILENT) -> Fact
 
 
 def store_calibration(place: CalibrationPlace, *, listener: Listener = SILENT) -> Facts:
-    """Store what was built, verified or not.
-
-    Raises InputError: nothing was built yet, or it cannot be written.
-    """
+    """Store what was built, verified or not. Raises InputError: nothing was built yet, or it cannot be written."""
     wizard = _wizard(place)
     stored = wizard.store()
     return {**_state(wizard), "stored": _calibration_facts(stored), "said": f"Stored: {stored.describe()}."}

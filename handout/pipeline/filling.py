@@ -20,12 +20,12 @@ from handout.pdf_forms.fields import Box, Field, PdfForm, read_form
 from handout.pipeline import plotting, programs, texts
 from handout.pipeline.options import FillOptions, PictureOptions, SheetOptions, WritingOptions
 from handout.pipeline.results import SILENT, Attendant, Delivery, Facts, Listener, Result, Tally
-from handout.pipeline.texts import INK, STROKES, WritingTask
-from handout.pipeline.writing import deliver
+from handout.pipeline.texts import STROKES, WritingTask
+from handout.pipeline.writing import deliver, wanted_in
 from handout.printing.rows import TableRow, select
 from handout.printing.table_files import read_sheet
 from handout.scanning.pdf_pages import drawn_page
-from handout.sinks import FORMATS, OF_INK, check_outputs
+from handout.sinks import FORMATS, check_outputs
 from handout.values import Drawing, Manuscript
 
 _MOST_NAMED = 20  # problems that a refusal lists
@@ -53,10 +53,7 @@ class FieldList(Result):
 
 
 def fields_of(form: str | Path) -> FieldList:
-    """What a form asks for.
-
-    Raises InputError: it cannot be read, or has no fields.
-    """
+    """What a form asks for. Raises InputError: it cannot be read, or has no fields."""
     read = read_form(Path(form))
     return FieldList(read, notes=_notes(read))
 
@@ -86,7 +83,7 @@ def fill(
     forms, tally, files, entries = work.forms, Tally(), list[Path](), 0
     named = {answers.row: _files(work.form, paths, answers.row if len(forms) > 1 else None) for answers in forms}
     check_outputs([file for each in named.values() for file in each.values()], extra)
-    wanted = frozenset[str]().union(*(INK if path.suffix.lower() in OF_INK else STROKES for path in paths))
+    wanted = wanted_in(paths)
     with atomic.open_together() as opening:
         for number, answers in enumerate(forms):
             listener.progress(number / len(forms), f"filling in {number + 1}/{len(forms)}")

@@ -14,8 +14,11 @@ from handout.hand.scanned import ScannedHand
 from handout.values import Array
 
 
-def learn(path: Path, *, strokes: bool = True) -> Mapping[str, Array]:
-    """Work out what is asked of the hand of a file whenever it is written with, and keep it there; what that is."""
+def learn(path: Path, *, strokes: bool = False) -> Mapping[str, Array]:
+    """Work out what is asked of the hand of a file whenever it is written with, and keep it there; what that is.
+
+    strokes : whether those of all its glyphs too, which take some 3 s a page and only drawings ask for.
+    """
     with atomic.hold_file(path):
         hand = file.load(path)
         if hand.glyphs:
@@ -23,10 +26,10 @@ def learn(path: Path, *, strokes: bool = True) -> Mapping[str, Array]:
     return known_values(hand)
 
 
-def work_out(hand: ScannedHand, *, strokes: bool = True) -> Mapping[str, Array]:
+def work_out(hand: ScannedHand, *, strokes: bool) -> Mapping[str, Array]:
     """What is asked of a hand whenever it is written with: of what it keeps, what is out of date is worked out anew.
 
-    strokes : whether those of all its glyphs too, which take some 3 s a page and only drawings ask for.
+    strokes : see `learn`.
     """
     from handout.completion.manner import WritingManner
     from handout.hand.measures import ink_colours
@@ -44,12 +47,21 @@ def work_out(hand: ScannedHand, *, strokes: bool = True) -> Mapping[str, Array]:
     return known_values(hand)
 
 
-def learn_beside(hand: ScannedHand) -> None:
+def learn_beside(hand: ScannedHand, *, strokes: bool = False) -> None:
     """Where something was worked out of a hand that its file does not keep, work out the rest and keep it beside it.
 
     Where the folder cannot be written it is worked out with each text.
+
+    strokes : whether those of all its glyphs are asked for, as `learn` has it.
     """
-    if not is_kept(hand) and file.beside(hand) is not None:
+    if file.beside(hand) is None:
+        return
+    if strokes:
+        from handout.motion.recovery.letter_forms import HANDS
+        from handout.motion.recovery.stroke_order import learn_strokes
+
+        learn_strokes(hand, HANDS)
+    if not is_kept(hand):
         values = dict(work_out(hand, strokes=False))
         remember(hand, values)
         with suppress(InputError):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -9,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from handout import atomic
-from handout.errors import InputError
+from handout.errors import InputError, reported
 from handout.pipeline.results import SILENT, Listener
 
 if TYPE_CHECKING:
@@ -22,6 +23,7 @@ _LONGEST_NAME = 255  # bytes, of a file on the usual file systems
 # of the files of drawings that `sources` reads, which is imported only where there is one
 _DRAWINGS = (".svg", ".json", ".inkml", ".svc", ".gml")
 LETTERS = (".md", ".markdown")
+_NEARLY = 0.85  # likeness of names, as difflib has it: one letter of seven is wrong
 
 
 @dataclass(frozen=True)
@@ -68,11 +70,7 @@ def written_source(
 ) -> Source:
     """The text or the letter that some words, or --file, mean; errors and the rest are those of `text_of`."""
     name = _single_name(words, file, LETTERS)
-    if name is not None and file is None and not Path(name).is_file():
-        if " " not in name:
-            raise InputError(f"There is no file {name}; to write these very words, give them through --file -.")
-        name = None
-    if name is None:
+    if name is None or (file is None and not Path(name).is_file()):
         return Source(text_of(words, file, listener))
     from handout.letters import load
 
@@ -131,17 +129,27 @@ def text_of(words: Sequence[str], file: str | None, listener: Listener = SILENT)
     if file is None and len(words) == 1 and is_file(words[0]):
         file = words[0]
     if file is None and list(words) != ["-"]:
-        if (name := _single_name(words, file, (*_DRAWINGS, ".txt"))) is not None and " " not in name:
-            raise InputError(f"There is no file {name}; to write these very words, give them through --file -.")
+        _refuse_missing_file(" ".join(words))
         return " ".join(words)
     name = "standard input" if file in (None, "-") else str(file)
     if Path(name).suffix.lower() in _DRAWINGS:
         raise InputError(f"{name} is a drawing and no text: `handout plot {name}` draws it, `handout restyle` too.")
-    try:
+    with reported(f"read {name}"):
         data = sys.stdin.buffer.read(_MOST_TEXT + 1) if file in (None, "-") else Path(str(file)).read_bytes()
-    except OSError as error:
-        raise InputError(f"Cannot read {name}: {error.strerror or error}.") from error
     return decode_text(data, name, listener)
+
+
+def _refuse_missing_file(word: str) -> None:
+    """Raise InputError if a word must mean a file, by suffix, folder or a file nearly so called, and is none."""
+    path, near = Path(word), list[str]()
+    if " " in word or len(word) > _LONGEST_NAME:
+        return
+    if path.suffix and path.parent.is_dir():
+        near = difflib.get_close_matches(path.name, [file.name for file in path.parent.iterdir()], 1, _NEARLY)
+    inside = path.parent != Path() and path.name and path.parent.is_dir()
+    if near or inside or path.suffix.lower() in (*LETTERS, *_DRAWINGS, ".txt"):
+        meant = f" (there is {path.parent / near[0]})" if near else ""
+        raise InputError(f"There is no file {path}{meant}; to write these very words, give them through --file -.")
 
 
 def decode_text(data: bytes, name: str, listener: Listener = SILENT) -> str:
@@ -185,10 +193,8 @@ def hand_path(output: str | Path) -> Path:
 
 def read_bytes(path: str | Path) -> bytes:
     """What is in a file; InputError where it cannot be read."""
-    try:
+    with reported(f"read {path}"):
         return Path(path).read_bytes()
-    except OSError as error:
-        raise InputError(f"Cannot read {path}: {error.strerror or error}.") from error
 
 
 def is_file(word: str) -> bool:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from handout import atomic, units
 from handout.completion.completed_hand import complete_hand, outlook
-from handout.errors import InputError
+from handout.errors import InputError, reported
 from handout.hand import file, library, report
 from handout.hand.corrections import AnyCorrection, CorrectionJournal, JournalEntry, KeepOut, read_corrections
 from handout.hand.drawn import Hand
@@ -212,7 +212,7 @@ def _make_corrections(
         hand = file.load(source)
         corrected = correct(hand, new, learning=learning, tell=listener.progress)
         journal = file.record(source, path, hand, corrected.hand, JournalEntry(tuple(new), corrected.changes))
-        learn(path, strokes=False)
+        learn(path)
     notes = corrected.notes
     if gone := "".join(sorted(hand.letters.keys() - corrected.hand.letters.keys())):
         notes = (*notes, f"None is left to write of {gone}: texts with it need --fallback, or another page.")
@@ -318,10 +318,8 @@ def own_place(name: str, *, replaced: bool = False) -> Path:
     path = library.own_file(name)
     if path.exists() and not replaced:
         raise InputError(f"There is a hand {name!r} already: give another name, or replace it (--replace).")
-    try:
+    with reported(f"make the folder {path.parent}"):
         path.parent.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"Cannot make the folder {path.parent}: {error.strerror or error}.") from error
     return path
 
 
@@ -331,13 +329,10 @@ def remove_hand(name: str) -> KeptHand:
     if name not in own_hands:
         others = f"; there are {', '.join(sorted(own_hands))}" if own_hands else ""
         raise InputError(f"Among your own hands there is none called {name!r}{others}.")
-    try:
-        with atomic.hold_file(own_hands[name]):
-            own_hands[name].unlink()
-            PendingLog(own_hands[name]).forget()
-            own_hands[name].with_suffix(file.BESIDE).unlink(missing_ok=True)
-    except OSError as error:
-        raise InputError(f"Cannot delete {own_hands[name]}: {error.strerror or error}.") from error
+    with reported(f"delete {own_hands[name]}"), atomic.hold_file(own_hands[name]):
+        own_hands[name].unlink()
+        PendingLog(own_hands[name]).forget()
+        own_hands[name].with_suffix(file.BESIDE).unlink(missing_ok=True)
     return KeptHand(own_hands[name], name)
 
 

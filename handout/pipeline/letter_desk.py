@@ -24,7 +24,7 @@ import numpy as np
 
 from handout import atomic
 from handout.branching import branches
-from handout.errors import InputError
+from handout.errors import InputError, reported
 from handout.hand import file, library
 from handout.hand.corrections import AnyCorrection, CorrectionJournal, JournalEntry, Strokes, read_corrections
 from handout.hand.pending import PendingLog
@@ -111,11 +111,9 @@ _DESKS: dict[Path, _LetterDesk] = {}  # of the files that were looked at last
 
 
 def _state_of(path: Path) -> tuple[int, int, int, int]:
-    try:
+    with reported(f"read {path}"):
         state, log = path.stat(), PendingLog(path).path
         return state.st_mtime_ns, state.st_size, state.st_ino, log.stat().st_size if log.exists() else 0
-    except OSError as error:
-        raise InputError(f"Cannot read {path}: {error.strerror or error}.") from error
 
 
 def _desk(name: str, aligned: bool = True) -> _LetterDesk:

@@ -253,10 +253,7 @@ def draw_questions(hand: ScannedHand, questions: Sequence[LetterQuestion]) -> re
 
 
 def read_questions(data: bytes, name: str) -> Sequence[AskedLetter]:
-    """The questions that a file keeps.
-
-    Raises InputError: it holds something else.
-    """
+    """The questions that a file keeps. Raises InputError: it holds something else."""
     try:
         return msgspec.json.decode(data, type=QuestionFile).questions
     except (msgspec.DecodeError, UnicodeDecodeError) as error:

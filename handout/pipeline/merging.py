@@ -451,7 +451,7 @@ class RowPages:
         _check_address(row)
         task, page, options = self.task(False, manner), self.envelope_page, self.merge.options
         layout = envelope.address_layout(page, *_extent(row.lines), self.address_x_height)
-        front, back = self._write_text(envelope.address_text(row), task, row, layout), list[Drawing]()
+        front, back = self._write_text("\n".join(row.lines), task, row, layout), list[Drawing]()
         if sender := self.merge.sender:
             layout = envelope.sender_layout(page, *_extent(sender), options.return_at == "back", self.margins(page))
             written = self._write_text("\n".join(sender), task, row, layout, _SENDER)

@@ -67,10 +67,7 @@ _ROWS = "Rows by their numbers in the file, the header is 1: 3-7,9 or 7-."
 
 
 def slip_rate(text: str) -> float:
-    """Slips in 100 words: a number of them, or "usual".
-
-    Raises InputError: no number, or one outside 0 to 100.
-    """
+    """Slips in 100 words: a number of them, or "usual". Raises InputError: no number, or one outside 0 to 100."""
     from handout.writing.slips import USUAL, check_rate
 
     try:

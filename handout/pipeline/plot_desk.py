@@ -40,7 +40,7 @@ from handout.signals import interrupt
 from handout.sinks.svg import to_svg
 from handout.values import Array, Drawing, Page, Stroke
 
-SIMULATED = {"sim:": "simulated, at once", "sim:?realtime=1": "simulated, at true speed"}
+SIMULATED = {"sim:": "simulated, without waiting", "sim:?realtime=1": "simulated, at true speed"}
 _OFTEN = 0.1  # s of the clock between two places that are told: a screen shows no more of a pen
 _LOOK = 0.25  # s that a paused plot waits for a word before it looks at the plotter's button
 _STOPS = {"stop": "it was stopped at the page", "gone": "the studio was closed"}

@@ -161,7 +161,6 @@ class _OnSheet:
     profile: Plotter
 
     def __call__(self, number: int, page: BatchPage) -> PreparedPage:
-        """See `Prepare`."""
         drawing, grid = page.drawing, _grid(page.part, self.shared)
         placed = bed.place(grid.sheet(drawing.page), self.profile)
         corner = np.array(grid.corner(grid.cards - 1, drawing.page))

@@ -66,26 +66,22 @@ class AtPlotter:
     asking: contextlib.AbstractContextManager[object] = dataclasses.field(default_factory=contextlib.nullcontext)
 
     def do(self, request: str) -> None:
-        """See `runner.Person`, as for the rest."""
         if not is_simulated(self.address):
             with self.asking:
                 self.attendant.do(f"{request} at {self.name}" if self.name else request)
 
     def try_again(self, error: DeviceError) -> bool:
-        """See there."""
         if is_simulated(self.address):
             return False
         with self.asking:
             return self.attendant.try_again(DeviceError(f"{self.name}: {error}") if self.name else error)
 
     def paused(self, pressed: Callable[[], bool]) -> None:
-        """See there."""
         if self.name:
             self.say("it is paused.")
         self.attendant.paused(pressed)
 
     def answer(self, question: str, answers: Mapping[str, str]) -> str:
-        """See `pen_heights.PenSetter`."""
         return self.attendant.answer(question, answers)
 
     def say(self, sentence: str) -> None:

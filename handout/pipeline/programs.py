@@ -30,8 +30,6 @@ PageSink = Callable[["Drawing"], bytes]
 class Programs:
     """The programs of a job, each for the machine of its suffix or for the one that was named.
 
-    Attributes
-    ----------
     sinks : suffix → what makes a file of a page; see `sinks.write_drawings`.
     seconds : name of the machine → how long all pages made so far would take, s; dips, hooks_s : how often its pen is
         dipped, and what of that time hooks take, s, if there are any.

@@ -228,7 +228,6 @@ class _PageProof:
     machine: Printer | Plotter | None
 
     def __call__(self, number: int, page: BatchPage) -> ProofPage:
-        """See `Prepare`."""
         from PIL import Image
 
         drawing, scale, (found, seconds) = page.drawing, _DPI / 25.4, self._look_at(page)

@@ -167,7 +167,6 @@ class Rereader:
 
     @property
     def manner(self) -> Hashable:
-        """See `compose.Proofreader`."""
         return self._weights, self.tries, self.settings
 
     def __call__(self, paragraph: SetParagraph, again: Sequence[int] | None = None) -> None:

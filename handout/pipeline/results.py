@@ -29,10 +29,7 @@ Told = dict[str, Any]  # the same, where the caller knows what each key holds
 
 @dataclass(frozen=True, kw_only=True)
 class Result:
-    """What every call gives back.
-
-    notes : sentences on what was decided for the user.
-    """
+    """What every call gives back; notes : sentences on what was decided for the user."""
 
     notes: tuple[str, ...] = ()
 

@@ -156,7 +156,6 @@ class Remote(ABC):
         """After a loss, which of the rows that are begun have to be begun again."""
 
     def make_each(self, rows: Iterable[TableRow], check: bool = False) -> Iterator[MadeRow]:
-        """See `RowWork`."""
         source, waiting = iter(rows), deque[tuple[TableRow, Any]]()
         while True:
             while len(waiting) < self.ahead and (row := next(source, None)) is not None:
@@ -255,11 +254,9 @@ class ProcessWorkers(Remote):
 
     @property
     def ahead(self) -> int:
-        """See `Remote`."""
         return AHEAD * self._jobs
 
     def submit(self, row: TableRow, check: bool) -> Future[MadeRow]:
-        """See `Remote`."""
         try:
             with _unheard():
                 return self._pool.submit(_make_row, row, check)
@@ -269,7 +266,6 @@ class ProcessWorkers(Remote):
             return lost
 
     def result(self, future: Future[MadeRow]) -> MadeRow | None:
-        """See `Remote`."""
         try:
             return future.result()
         except (BrokenProcessPool, CancelledError):
@@ -339,12 +335,10 @@ class ClusterWorkers(Remote):
         return len(self._client.scheduler_info(n_workers=-1)["workers"])
 
     def submit(self, row: TableRow, check: bool) -> Any:
-        """See `Remote`."""
         # what a lost worker was making the scheduler gives to another by itself
         return self._client.submit(made_from, self._work, row, check, pure=False)
 
     def result(self, future: Any) -> MadeRow | None:
-        """See `Remote`."""
         told = False
         while True:
             try:
@@ -359,7 +353,6 @@ class ClusterWorkers(Remote):
                 return None
 
     def recover(self, waiting: deque[tuple[TableRow, Any]]) -> Sequence[bool]:
-        """See `Remote`."""
         if self._client.status != "running":
             raise WorkersLost(f"The scheduler at {self._address} cannot be reached any more.")
         return [future.status in ("error", "cancelled", "lost") for _, future in waiting]

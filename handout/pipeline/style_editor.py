@@ -8,6 +8,7 @@ what is saved; a word in a drawn hand shows what only letters show.
 from __future__ import annotations
 
 import math
+import tomllib
 import typing
 from collections.abc import Sequence
 from dataclasses import replace
@@ -18,7 +19,7 @@ import numpy as np
 from msgspec.structs import replace as replaced
 
 from handout import atomic, shipped
-from handout.errors import InputError
+from handout.errors import InputError, reported
 from handout.motion.learned.model import LearnedMovement
 from handout.motion.optimal_control import targets_through
 from handout.motion.styles import restyling, style_file, target_plans, targets
@@ -40,62 +41,6 @@ _MOST_SAMPLES = 12
 _FINE = 4  # digits after the point, of mm
 _WORD_SHEET = SheetOptions("160x36mm", "6mm", 1)
 
-# group → what it is seen in; key, plain name, and the ends of its slider, where those are not its bounds
-_KNOBS: dict[str, tuple[str, tuple[tuple[str, str, tuple[float, float] | None], ...]]] = {
-    "Movement": ("both", (
-        ("movement.smooth", "Rounding", (0.05, 0.6)),
-        ("movement.interval", "Slowness", (20, 400)),
-        ("jitter.size", "Tremor", (0, 0.12)),
-    )),
-    "Manner": ("both", (
-        ("learned.primer", "Goes on as in", None),
-        ("learned.temperature", "Chance", (0.01, 1.5)),
-        ("learned.duration", "Time of a stroke", (60, 800)),
-        ("learned.hold", "Hold on to a drawing's places", None),
-        ("learned.keep", "Keep a drawing's bends", None),
-    )),
-    "Letters": ("word", (
-        ("form.shear", "Lean", (-30, 45)),
-        ("form.stretch", "Stretch", (0.5, 2)),
-        ("form.overshoot", "Swing past corners", (-0.5, 2)),
-    )),
-    "Line": ("both", (
-        ("brush.kind", "Pen", None),
-        ("brush.width", "Width", (0.01, 0.3)),
-        ("brush.thin", "Thinnest, of the width", None),
-        ("brush.angle", "Angle of the nib", None),
-        ("brush.pace", "Evenness at speed", (0.1, 8)),
-        ("brush.taper", "Thinning ends", (0, 1)),
-    )),
-    "Joins and ends": ("word", (
-        ("ligature.reach", "Join what is as near as", (0, 2)),
-        ("ligature.turn", "Beside a join keep points as sharp as", None),
-        ("flick.entry", "Reach before the beginning", (0, 1)),
-        ("flick.exit", "Reach beyond the end", (0, 1)),
-    )),
-    "Broken strokes": ("word", (
-        ("breaking.directions", "Directions, parted by commas", None),
-        ("breaking.least", "Shortest stroke", (0.02, 0.6)),
-        ("breaking.foot", "Length of the feet", (0, 0.6)),
-        ("breaking.step", "Direction of the feet", None),
-    )),
-    "Path": ("both", (
-        ("movement.order", "Effort that is spared", None),
-        ("movement.end", "At the end", None),
-        ("movement.drawn_at", "Rounding that keeps letters as drawn", None),
-    )),
-    "Ellipses": ("both", (
-        ("covariance.axes", "Lengths of the axes", (0.1, 4)),
-        ("covariance.angles", "Directions of the axes", None),
-        ("covariance.spread", "Unevenness of sizes", (0, 1.2)),
-        ("covariance.corners", "Looseness at corners", (0.05, 3)),
-    )),
-    "Guide": ("both", (
-        ("guide.mode", "The pen", None),
-        ("guide.direction", "Direction", None),
-        ("guide.strength", "Strength", (0, 2)),
-    )),
-}  # fmt: skip
 _SAID = {
     2: "acceleration", 3: "jerk", 4: "snap", 5: "crackle", "rest": "it rests", "free": "it flies off", "none": "goes "
     "freely", "along": "is led along", "avoid": "is kept from", "round": "an even line", "speed": "wider where slower",
@@ -104,14 +49,15 @@ _SAID = {
 
 
 def style_of(draft: StyleDraft) -> Style:
-    """A draft as a style.
-
-    Raises InputError: a value that none can have; the message names its key.
-    """
+    """A draft as a style. Raises InputError: a value that none can have; the message names its key."""
     place = Path(f"{draft.name}.style" if draft.base else f"{draft.name}.toml")
-    made = of_table(_tables(draft), place)
+    made, model = of_table(_tables(draft), place), None
+    if draft.base:
+        base = path_of(draft.base)
+        with reported(f"read {base}"):
+            model = _model(base, base.stat().st_mtime_ns)
     try:
-        return check_style(replaced(made, model=_find_model(draft.base)))
+        return check_style(replaced(made, model=model))
     except ValueError as error:
         raise InputError(f"{place}: {error}") from error
 
@@ -127,6 +73,13 @@ def _tables(draft: StyleDraft) -> dict[str, typing.Any]:
         elif not dot and value:
             nested[key] = value
     return nested
+
+
+@cache
+def _groups() -> list[dict[str, typing.Any]]:
+    """The groups of style_knobs.toml."""
+    text = Path(__file__).with_name("style_knobs.toml").read_text(encoding="utf-8")
+    return typing.cast(list[dict[str, typing.Any]], tomllib.loads(text)["groups"])
 
 
 @cache
@@ -153,10 +106,9 @@ def _with_unit(key: str, value: StyleValue) -> typing.Any:
 def plain_values(style: Style) -> dict[str, StyleValue]:
     """Every key of a style and its value: numbers, degrees, ms, words, lists of numbers."""
     values: dict[str, StyleValue] = {"title": style.title, "notes": style.notes}
-    for _, knobs in _KNOBS.values():
-        for key, _, _ in knobs:
-            table, _, field = key.partition(".")
-            values[key] = _plain(getattr(getattr(style, table), field))
+    for key in (knob["key"] for group in _groups() for knob in group["knobs"]):
+        table, _, field = key.partition(".")
+        values[key] = _plain(getattr(getattr(style, table), field))
     return values
 
 
@@ -168,16 +120,6 @@ def _plain(value: typing.Any) -> StyleValue:
     if isinstance(value, Time):
         return round(1e3 * value, 6)
     return typing.cast(StyleValue, value)
-
-
-def _find_model(base: str) -> LearnedMovement | None:
-    if not base:
-        return None
-    place = path_of(base)
-    try:
-        return _model(place, place.stat().st_mtime_ns)
-    except OSError as error:
-        raise InputError(f"Cannot read {place}: {error.strerror or error}.") from error
 
 
 @lru_cache(maxsize=4)
@@ -194,21 +136,24 @@ def open_style(name: str) -> Facts:
     begun = place.suffix == ".toml" and name.endswith(".toml") and not place.exists()
     style = Style(title=place.stem, name=place.stem) if begun else read_style(place)
     learned = style.model is not None
+    shown = [group for group in _groups() if group.get("of") != ("rules" if learned else "learned")]
     return {
         "name": style.name,
         "title": style.title,
         "learned": learned,
         "values": typing.cast(Facts, plain_values(style)),
         "groups": [
-            {"name": group, "seen_in": seen, "knobs": [_knob(*knob, style) for knob in knobs]}
-            for group, (seen, knobs) in _KNOBS.items()
-            if (group not in ("Movement", "Ellipses", "Guide", "Joins and ends", "Broken strokes") if learned else
-                group != "Manner")
+            {
+                "name": group["name"],
+                "seen_in": group["seen_in"],
+                "knobs": [_knob(style, **one) for one in group["knobs"]],
+            }
+            for group in shown
         ],
-    }  # fmt: skip
+    }
 
 
-def _knob(key: str, label: str, ends: tuple[float, float] | None, style: Style) -> Facts:
+def _knob(style: Style, key: str, label: str, ends: Sequence[float] = ()) -> Facts:
     kind, usual = _kind(key), plain_values(_PLAIN)[key]
     facts: Facts = {"key": key, "label": label, "usual": typing.cast(Facts, usual)}
     if key == "learned.primer":

@@ -180,8 +180,7 @@ def describe_drawing(name: str, drawing: Drawing) -> tuple[str, Facts]:
     colours = Counter(stroke.colour for stroke in drawing.strokes)
     layers = Counter(stroke.layer for stroke in drawing.strokes)
     pens, named = (
-        ", ".join(f"{name or 'none'} ({count})" for name, count in counts.most_common(units.MOST_NAMED))
-        + (f" and {len(counts) - units.MOST_NAMED} more" if len(counts) > units.MOST_NAMED else "")
+        units.listed(f"{name or 'none'} ({count})" for name, count in counts.most_common())
         for counts in (colours, layers)
     )
     left, top, right, bottom = box

@@ -396,10 +396,9 @@ def word_box(line: Line, word: str) -> list[float] | None:
 def refuse_doubts(doubts: Sequence[Doubt], task: WritingTask) -> None:
     """Raise InputError where the task is strict and words read as others."""
     if doubts and task.strict:
-        named = ", ".join(f"{doubt.word} as {doubt.reads_as or 'nothing'}" for doubt in doubts[: units.MOST_NAMED])
-        more = f" and {len(doubts) - units.MOST_NAMED} more" if len(doubts) > units.MOST_NAMED else ""
+        named = units.listed(f"{doubt.word} as {doubt.reads_as or 'nothing'}" for doubt in doubts)
         raise InputError(
-            f"--strict: {units.count(len(doubts), 'word')} may be misread ({named}{more}); use --legible, another "
+            f"--strict: {units.count(len(doubts), 'word')} may be misread ({named}); use --legible, another "
             f"seed or other words, or say which letters of {task.hand.name} read badly (handout hand check --sheet)."
         )
 
@@ -460,7 +459,7 @@ def draw(
     if task.hand.pages is not None:
         from handout.pipeline.hand_learning import learn_beside
 
-        learn_beside(task.hand.author or task.hand)
+        learn_beside(task.hand.author or task.hand, strokes=task.traced or bool(wanted & STROKES))
     drawing = Drawing((), page.page, {})
     if task.hand.pages is None or task.traced or wanted & STROKES:
         from handout.motion.trace import trace
@@ -520,9 +519,8 @@ def hard_word_notes(hard: Sequence[Mapping[str, Any]]) -> list[str]:
     """A note that names the words that a style makes hard to read (as of `name_hard_words`), if there are any."""
     if not hard:
         return []
-    named = ", ".join(f"{each['word']} ({' '.join(each['letters'])})" for each in hard[: units.MOST_NAMED])
-    more = f" and {len(hard) - units.MOST_NAMED} more" if len(hard) > units.MOST_NAMED else ""
-    return [f"{units.count(len(hard), 'word')} may be misread in this style, at the letters named: {named}{more}."]
+    named = units.listed(f"{each['word']} ({' '.join(each['letters'])})" for each in hard)
+    return [f"{units.count(len(hard), 'word')} may be misread in this style, at the letters named: {named}."]
 
 
 def _in_colour(drawing: Drawing, task: WritingTask) -> Drawing:

@@ -65,15 +65,14 @@ class DrawingDocument:
 
     @property
     def timed(self) -> bool:
-        """See `Document`, as for the rest."""
         return self.drawing.timed
 
     def draw(self, wanted: frozenset[str] = INK, row: int | None = None, tell: Tell = silent) -> Pages:
-        """See there: a page, without writing where none of its texts were written, for what counts words and lines."""
+        """The page, without writing where none of its texts were written, for what counts words and lines."""
         return Pages([self.manuscript or Manuscript((), self.drawing.page, 0.0)], [self.drawing])
 
     def check(self, row: int | None = None) -> None:
-        """See there."""
+        """See `Document`."""
 
 
 def open_document(
@@ -82,10 +81,7 @@ def open_document(
     sheet: SheetOptions = SheetOptions(),
     picture: PictureOptions = PictureOptions(),
 ) -> Document:
-    """A source with its options.
-
-    Raises InputError: an option is wrong, or a hand is missing.
-    """
+    """A source with its options. Raises InputError: an option is wrong, or a hand is missing."""
     if source.letter is not None:
         from handout.pipeline.letters import prepare_letter
 

@@ -96,8 +96,6 @@ def reach(profile: Plotter) -> tuple[Array, Array]:
 def narrow(profile: Plotter, ends: Sequence[tuple[float, float]], refusals: Sequence[str]) -> Bed:
     """The part of the bed that a machine's own travel leaves.
 
-    Parameters
-    ----------
     ends : (least, greatest) of x and y that it reaches, mm, in the coordinates of a program.
     refusals : of x and of y, the sentence of the error, with a place ``{}`` for what is left.
 

@@ -130,8 +130,6 @@ _ANSWERS = 1.0  # s an answer may take
 def open_port(url: str, profile: Plotter) -> Port:
     """Open the way to a machine.
 
-    Parameters
-    ----------
     url : ``/dev/ttyUSB0``, ``COM3``; ``tcp://host:23``, ``ws://host:81``, ``moonraker://host`` (see `network_ports`);
         another address of pyserial's; ``auto``: the only serial port that the machine can be at; ``sim:`` for the
         simulated plotter, with options such as ``sim:?fault=alarm&after=40&buffer=64&realtime=1``.

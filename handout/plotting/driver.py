@@ -153,8 +153,6 @@ def draw(
 ) -> PlotReport:
     """Plot a plan with a machine that is connected and stands at its zero.
 
-    Parameters
-    ----------
     fresh : whether the sheet is new; a simulated plotter asks.
 
     Raises DoesNotFit: the machine's own settings leave less room than the drawing needs. DeviceSilent, DeviceAlarm,

@@ -273,12 +273,7 @@ class Observation:
 
 
 class Observer:
-    """Collects the answers of a machine during a plot.
-
-    Parameters
-    ----------
-    commands : the program of the plan.
-    """
+    """Collects the answers of a machine during a plot; commands : the program of the plan."""
 
     def __init__(self, plan: Plan, commands: Sequence[Command]) -> None:
         self.plan = plan
@@ -290,8 +285,6 @@ class Observer:
     ) -> None:
         """Add an answer.
 
-        Parameters
-        ----------
         time, since : s, when it was heard, and when it had certainly not come in yet; None: it was heard at once.
         executed, sent : commands certainly executed by then, and all that can have been; None: no more than those.
         place : that is reported, machine coordinates, mm.
@@ -406,10 +399,7 @@ class Observer:
 
         behind : (n + 1,) mm, length of the path before each move; row : the first that may have been under way.
 
-        Returns
-        -------
-        tuple
-            The last move that passes the place in time and how far it has come then, mm; the times, s.
+        Returns the last move that passes the place in time and how far it has come then, mm; the times, s.
         """
         plan, toolpath = self.plan, self.plan.toolpath
         rows = np.arange(row, max(int(np.searchsorted(plan.starts[: len(toolpath.kind)], most)), row + 1))

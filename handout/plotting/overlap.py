@@ -40,18 +40,14 @@ def usual_overlap(profile: Plotter, fast: bool) -> float:
 class OverlapGuard:
     """What of a program has been secured, and whether its next command may be sent.
 
-    Parameters
-    ----------
     secure : begins to secure what is known to be executed; done when that is so, or with the error of the disk.  None:
         what is executed is secured.
     overlap : mm of ink that may be sent and not secured; what the machine draws in the `in_hand` of its dialect may be
         more.
-    clock : the time by which the machine lives, s; None: that stands still while the disk is waited for, so that it
-        may be waited for anywhere.
+    clock : the time by which the machine lives, s; None: that stands still while the disk is waited for, so that it may
+        be waited for anywhere.
     log : told once if the overlap cannot be kept.
 
-    Attributes
-    ----------
     most : mm of ink at most that were sent and not secured.
     """
 

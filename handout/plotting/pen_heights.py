@@ -20,7 +20,7 @@ import msgspec
 import numpy as np
 
 from handout import atomic, profiles, shipped
-from handout.errors import DeviceAlarm, DoesNotFit, InputError
+from handout.errors import DeviceAlarm, DoesNotFit, InputError, reported
 from handout.plotting import bed, pen_lift
 from handout.plotting.dialects import Controller, Log, dialect
 from handout.plotting.driver import Monitor, draw, halting
@@ -387,10 +387,8 @@ def save_copy(source: Path, path: Path, keys: dict[str, float]) -> None:
     """
     text = edit_profile(source.read_text(encoding="utf-8"), keys)
     _try_profile(text, source, path, keys)
-    try:
+    with reported(f"write {path}"):
         path.parent.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"Cannot write {path}: {error.strerror or error}.") from error
     atomic.write(path, text.encode("utf-8"))
 
 

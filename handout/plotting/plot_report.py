@@ -42,16 +42,12 @@ def row(
 ) -> Row:
     """What is to be said of one page.
 
-    Parameters
-    ----------
     page : its number, from 1.
     executed : what the simulated plotter drew, or the strokes that were observed; None: what the plan predicts.
     min_queue : as the machine said; None: as the plan predicts.
     observed : what the machine's answers tell; None: nothing was plotted.
 
-    Returns
-    -------
-    dict
+    Returns a dict:
         correlation, rms_of_peak : of the speeds at the same times; in_place : the same at the same places.
         intended_s, executed_s : time of the strokes alone; stretched : their ratio; announced_s : of everything.
         segments, segments_per_s : of the strokes; min_queue : moves in hand in the middle of a stroke, the least.
@@ -124,9 +120,7 @@ def tell_plotted_page(report: PlotReport, port: Port, page: int) -> Row:
 def facts(reports: Sequence[PlotReport]) -> Row:
     """What is known of how parts were executed, for machines to read.
 
-    Returns
-    -------
-    dict
+    Returns a dict:
         measured : whether the plotter's answers tell what was executed; unknown : why not.
         rests, rested_s : how often and how long the pen stood within strokes; None if that is not known.
         dips, hooks_s : how often the pen was dipped, and what of the announced time hooks take; only if there are any.
@@ -178,9 +172,7 @@ def _speeds(reports: Sequence[PlotReport]) -> str:
 def stretches(intended: Drawing, executed: Drawing) -> list[Row]:
     """The strokes in which half a second took noticeably longer than it was meant to.
 
-    Returns
-    -------
-    list of dict
+    Returns dicts:
         stroke, word : their numbers, from 0 (word −1: unknown); factor : of the whole stroke; worst : of the half of a
         second that was stretched most; at_s : when that begins, from the start of the stroke as it was meant.
     """

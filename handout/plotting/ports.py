@@ -63,8 +63,6 @@ def clock_of(port: Port) -> Callable[[], float]:
 class TimedReader:
     """Reads from a port and counts the time that passes while it does.
 
-    Attributes
-    ----------
     time : s so far. A read that returns nothing has waited for its whole time; for any other the clock is asked.
     since : s by the port's clock, when the last bytes had certainly not come in yet: the beginning of the read before.
     """

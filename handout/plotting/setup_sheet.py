@@ -108,8 +108,6 @@ def vernier(along: int, name: str, profile: Plotter, scale: float) -> Panel:
 
     Where a pair of marks makes one straight line, its number is the play, mm.
 
-    Parameters
-    ----------
     along : 0 for marks along x, 1 along y.
     """
     pitch, reach, size, speed = 2.6 * scale, 3.4 * scale, letters(scale), pace(profile)

@@ -83,10 +83,7 @@ command.help_group = "handout"  # type: ignore[attr-defined]
 def add(drawing: Drawing, document: Any, layer: int | None = None) -> None:
     """Add a drawing to a vpype document.
 
-    Parameters
-    ----------
-    layer : int, optional
-        The layer all of it goes to; default: a layer for every name and colour of the drawing's own, of which those
+    layer : the layer all of it goes to; default: a layer for every name and colour of the drawing's own, of which those
         without any are added to layer 1.
     """
     kinds = dict.fromkeys((stroke.layer, stroke.colour) for stroke in drawing.strokes)

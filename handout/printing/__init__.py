@@ -3,7 +3,7 @@
 A table becomes rows with addresses:
 
     table_files.py     the cells of a file: delimited text, Excel workbooks (a new file format: here)
-    column_names.py    the names that columns have (a new name of a column: here)
+    column_names.py    the names that columns have (a new name of a column: column_names.toml)
     columns.py         what columns hold, by their names or as the user says
     address_rows.py    the cells of a row as the fields of an address
     address_table.py   `read_addresses`: the whole table, and how it was read

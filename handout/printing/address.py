@@ -386,17 +386,10 @@ def _mend(fields: Fields) -> tuple[Fields, list[str]]:
 def lines(fields: Fields, number_first: bool = False) -> tuple[tuple[str, ...], list[str], str]:
     """The lines of an address, what to warn of, and why there is none if there is none.
 
-    Parameters
-    ----------
-    fields : mapping
-        Role of a column → its cells; a cell may hold several lines.
-    number_first : bool
-        Whether the house number stands before the street where the country does not say.
+    fields : role of a column → its cells; a cell may hold several lines.
+    number_first : whether the house number stands before the street where the country does not say.
 
-    Returns
-    -------
-    tuple
-        (lines, warnings, problem); `lines` is empty where `problem` is not.
+    Returns (lines, warnings, problem); `lines` is empty where `problem` is not.
     """
     fields, warnings = _mend(fields)
     country_name = _first_of(fields, "country")

@@ -55,8 +55,6 @@ class ColumnAccount:
 def row(number: int, texts: Sequence[str], columns: Sequence[Column], wanted: str, account: ColumnAccount) -> TableRow:
     """Turn one row into an address; the account notes which of its cells were used.
 
-    Parameters
-    ----------
     wanted : kind of address that is preferred, "" for the usual order.
 
     Raises TableError: two columns hold the same thing, and differ.

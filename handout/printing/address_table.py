@@ -76,25 +76,14 @@ def read_addresses(
     and the meaning of the columns are found out; what is not used is told there, too.  Blank rows are skipped but
     counted; a row that cannot be addressed is returned with its `problem`.
 
-    Parameters
-    ----------
-    path : Path
-    columns : sequence of str
-        What columns hold, where the headers do not say it: ``"name=Guest(s)"``, ``"1=name,2=street"``.
-    address : str
-        Which of several addresses of a row is written: ``"home"``, ``"business"``, ``"2"`` …
-    nameless : bool
-        Whether a table without any name may be.
-    elsewhere : collection of str
-        Names, in the cells of rows, of columns that a letter uses.
+    columns : what columns hold, where the headers do not say it: ``"name=Guest(s)"``, ``"1=name,2=street"``.
+    address : which of several addresses of a row is written: ``"home"``, ``"business"``, ``"2"`` …
+    nameless : whether a table without any name may be.
+    elsewhere : names, in the cells of rows, of columns that a letter uses.
 
-    Raises
-    ------
-    TableError
-        No table, empty, no column that could hold an address, no rows, no names, a quotation mark never closed, two
-        columns for one thing that differ.
-    InputError
-        `columns` names what the table does not have.
+    Raises TableError: no table, empty, no column that could hold an address, no rows, no names, a quotation mark never
+        closed, two columns for one thing that differ.
+    Raises InputError: `columns` names what the table does not have.
     """
     table = _read_table(path, columns)
     if not addressable(table.columns):
@@ -185,10 +174,20 @@ def _records_below(table: _Headed) -> tuple[list[tuple[int, TableRecord]], list[
             records.append((n, record))
     if not records:
         where = f"below the header in row {table.header}" if table.header else "in it"
-        raise TableError(f"{table.path}: there are no addresses {where}.")
-    verb = "is" if len(repeated) == 1 else "are"
-    notes = [f"the header comes again in {rows.name_rows(repeated)}, which {verb} skipped"] if repeated else []
-    return records, [*_encoding_note(table.sheet, records), *notes, *_unseen_note(records)]
+        raise TableError(f"{table.path}: there are no rows {where}.")
+    notes = [*_encoding_note(table.sheet, records), *_header_notes(table, repeated), *_unseen_note(records)]
+    return records, notes
+
+
+def _header_notes(table: _Headed, repeated: Sequence[int]) -> Iterator[str]:
+    """Notes on a header that comes again in some rows, and on one of which nothing is known: it may be a row itself."""
+    if repeated:
+        verb = "is" if len(repeated) == 1 else "are"
+        yield f"the header comes again in {rows.name_rows(repeated)}, which {verb} skipped"
+    if table.header and all(column.role is None for column in table.columns):
+        named = ", ".join(column.header for column in table.columns[: units.MOST_NAMED] if column.header)
+        below = "if it is a row like those below, write headings above it"
+        yield f"row {table.header} is taken for the headings, none of which is known ({named}): {below}"
 
 
 def _encoding_note(sheet: TableSheet, records: Sequence[tuple[int, TableRecord]]) -> Iterator[str]:

@@ -78,8 +78,6 @@ def make_rows(
 ) -> Report:
     """Hand the pages of every row that is asked for to the device exactly once, each as soon as it is made.
 
-    Parameters
-    ----------
     make : makes rows as they are asked for; it may be some rows ahead.
     check : the same, but their pages, for a device that gets none where one row cannot be made; None: `make`.
 

@@ -54,15 +54,9 @@ def page_pixels(page: Page, pixels: DevicePixels) -> Pixels:
 def pwg(pixels: Pixels, dpi: int, page: Page, media: str = "") -> bytes:
     """One page of PWG Raster.
 
-    Parameters
-    ----------
-    pixels : (height, width, 3) uint8
-        sRGB, or whatever the printer takes for it.
-    dpi : int
-    page : Page
-        The sheet as it is fed, mm.
-    media : str
-        Its PWG name, at most 63 characters.
+    pixels : (height, width, 3) uint8: sRGB, or whatever the printer takes for it.
+    page : the sheet as it is fed, mm.
+    media : its PWG name, at most 63 characters.
     """
     height, width = pixels.shape[:2]
     header = bytearray(_HEADER)

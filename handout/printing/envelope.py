@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from handout.printing.rows import TableRow
 from handout.values import Page
 from handout.writing.layout import ASCENT, DESCENT, Layout
 
@@ -59,11 +58,6 @@ WINDOWS = {
 }
 
 
-def address_text(row: TableRow) -> str:
-    """What is written on the envelope of a row."""
-    return "\n".join(row.lines)
-
-
 def address_layout(page: Page, lines: int, longest: int = 20, x_height: float | None = None) -> Layout:
     """The layout of an address of so many lines on an envelope.
 
@@ -71,16 +65,10 @@ def address_layout(page: Page, lines: int, longest: int = 20, x_height: float | 
     middle, clear of stamps and bar code.  A long line first moves it to the left and then makes the writing
     smaller; what is still too long is shrunk by composition (`Layout.fit`).
 
-    Parameters
-    ----------
-    page : Page
-        The envelope as it is read, mm.
-    lines : int
-        How many lines the address has.
-    longest : int
-        Characters in the longest of them.
-    x_height : float, optional
-        mm; otherwise 3.2 mm on the usual envelopes, less on small ones, for long lines and for many lines.
+    page : the envelope as it is read, mm.
+    lines : how many lines the address has.
+    longest : characters in the longest of them.
+    x_height : mm; otherwise 3.2 mm on the usual envelopes, less on small ones, for long lines and for many lines.
 
     Raises InputError: a page too small to be written on.
     """

@@ -16,7 +16,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Self
 
-from handout.errors import InputError
+from handout.errors import InputError, reported
 from handout.inking.device_pixels import Calibrate, DevicePixels, device_pixels
 from handout.printing import media
 from handout.printing.documents import WRITERS
@@ -103,10 +103,8 @@ class Destination(ABC):
     def keep(self, name: str, data: bytes) -> Path:
         """Keep a page under a name; where."""
         path = self._folder / name
-        try:
+        with reported(f"keep a page in {self._folder}"):
             path.write_bytes(data)
-        except OSError as error:
-            raise InputError(f"Cannot keep a page in {self._folder}: {error.strerror or error}.") from error
         return path
 
     @abstractmethod
@@ -182,7 +180,6 @@ class PrinterPage(_ForPrinter):
     calibrated: bool = True
 
     def __call__(self, number: int, page: BatchPage) -> PreparedPage:
-        """See `Prepare`."""
         feeding = Feeding.for_page(page.drawing.page, self.fed(page.drawing.page))
         page = page if self.calibrated else replace(page, calibrate=None)
         pixels = feeding.pixels(page.pixels(self.dpi))
@@ -196,7 +193,6 @@ class PdfPage(_ForPrinter):
     dpi: int
 
     def __call__(self, number: int, page: BatchPage) -> PreparedPage:
-        """See `Prepare`."""
         return self._finish_page(page, picture_pdf.page_picture(page.drawing.page, page.pixels(self.dpi)).pack())
 
 
@@ -207,5 +203,4 @@ class PicturePage(_ForPrinter):
     path: Path
 
     def __call__(self, number: int, page: BatchPage) -> PreparedPage:
-        """See `Prepare`."""
         return self._finish_page(page, page.file(self.path))

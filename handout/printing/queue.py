@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Literal, Protocol
 
 from handout import atomic
-from handout.errors import InputError, PrinterError
+from handout.errors import PrinterError, reported
 from handout.values import Page
 
 Say = Callable[[str], object]
@@ -120,7 +120,6 @@ class Queue(ABC):
         """
 
     def follow(self, job: str, title: str) -> Outcome:
-        """See `Device`."""
         return Outcome("completed")
 
     @abstractmethod
@@ -128,7 +127,6 @@ class Queue(ABC):
         """See `Device`."""
 
     def cancel(self, job: str, title: str) -> Outcome:
-        """See `Device`."""
         return self.outcome(job, title)
 
 
@@ -136,15 +134,10 @@ class FolderQueue(Queue):
     """A folder that receives each page as a file, as a printer would, called as the row is."""
 
     def __init__(self, folder: Path, format: str = "pdf") -> None:
-        """Make the folder; `format` is a key of `documents.WRITERS`.
-
-        Raises InputError: the folder cannot be made.
-        """
+        """Make the folder; `format` is a key of `documents.WRITERS`. Raises InputError: the folder cannot be made."""
         self._folder, self.name, self.format = folder, str(folder), format
-        try:
+        with reported(f"make the folder {folder}"):
             folder.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise InputError(f"Cannot make the folder {folder}: {error.strerror or error}.") from error
 
     def send(self, page: Path, ticket: Ticket) -> str:
         """Keep one page; the name of its file without the ending."""

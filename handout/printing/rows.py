@@ -34,11 +34,7 @@ class TableRow:
 def select(rows: Sequence[TableRow], text: str) -> list[TableRow]:
     """The rows that `text` names by their numbers in the file, in the order of the file; all for "".
 
-    Parameters
-    ----------
-    rows : sequence of Row
-    text : str
-        Numbers and ranges: ``"3-7,9"``; ``"7-"`` goes to the end, ``"-4"`` begins at the start.
+    text : numbers and ranges: ``"3-7,9"``; ``"7-"`` goes to the end, ``"-4"`` begins at the start.
 
     Raises InputError: not a list of rows, or a part of it that names no row of the table.
     """

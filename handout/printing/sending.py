@@ -168,8 +168,6 @@ class Spool(Destination):
     def send_rows(self, taken: Iterable[Sequence[Piece]], run: BatchRun, tell: Tell) -> tuple[Job, ...]:
         """Wait for jobs at the device, then send pages as they are taken; a failure says what was sent, how to resume.
 
-        Parameters
-        ----------
         taken : all pieces of each row, as soon as it is made; none of one that cannot be.
 
         Raises PrintingStopped: the queue refused a page, or did not print it.
@@ -179,7 +177,7 @@ class Spool(Destination):
                 follow(self.queue, run.journal, begun)
             run.drop_pieces(begun)
         total = len(run.checked.wanted)
-        sheets = iter(self.sheets(run.unsent(taken)))
+        sheets = iter(self.sheets(itertools.chain.from_iterable(map(run.begin, taken))))
         while True:
             with run.stoppable(self.queue):
                 sheet = next(sheets, None)
@@ -197,8 +195,6 @@ def remaining(
 ) -> Remaining:
     """Work out what is left to do, from the journal and, where that does not tell, from the device that has it.
 
-    Parameters
-    ----------
     rows : the rows of the batch, by number; copies : of each row.
     again : rows to make whatever became of them; not those that the device may still make by itself.
     """
@@ -329,10 +325,6 @@ class BatchRun:
     @property
     def begun_rows(self) -> int:
         return len(self.begun)
-
-    def unsent(self, taken: Iterable[Sequence[Piece]]) -> Iterator[Piece]:
-        """Of rows as they are taken, what is to be sent."""
-        return itertools.chain.from_iterable(map(self.begin, taken))
 
     def begin(self, every: Sequence[Piece]) -> list[Piece]:
         """Of a row that is taken, all of whose pieces these are, what is to be sent."""

@@ -11,7 +11,7 @@ from pathlib import Path
 import regex
 
 from handout import encodings
-from handout.errors import InputError
+from handout.errors import InputError, reported
 
 PRINTABLE = string.ascii_letters + string.digits + string.punctuation
 _FOLDER = Path(__file__).resolve().parent
@@ -107,10 +107,8 @@ def read_text(path: Path) -> str:
 
     Raises InputError: it cannot be read, is longer than 20 MB, is no text, or holds no letters.
     """
-    try:
+    with reported(f"read {path}"):
         data = path.read_bytes()
-    except OSError as error:
-        raise InputError(f"Cannot read {path}: {error.strerror or error}.") from error
     if len(data) > _MOST:
         raise InputError(f"{path} is longer than {_MOST} bytes: a part of it will do as well.")
     try:

@@ -70,8 +70,6 @@ def prompt(
 ) -> Prompt:
     """Choose sentences for some pages of a number of lines.
 
-    Parameters
-    ----------
     sentences : sequence of str: to choose from; those with characters that are neither printable ASCII nor in
         `characters` lose their accents or are passed over.
     target : of the text that will be wanted.

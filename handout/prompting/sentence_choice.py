@@ -153,8 +153,6 @@ def _plain(row: CoverageRow) -> dict[str, Any]:
 def measure_coverage(written: Iterable[str], target: Iterable[str], characters: str = "") -> Coverage:
     """What the texts `written` give towards the texts `target`.
 
-    Parameters
-    ----------
     written, target : what the author copies; what will be wanted later.
     characters : reported even if the target has none of them.
     """
@@ -193,8 +191,6 @@ class Lack:
 def lacks(text: str, have: Mapping[tuple[str, Place], int], *, least: int = LEAST) -> tuple[Lack, ...]:
     """What is missing to write a text: letters that have, in the place where it needs them, too few instances.
 
-    Parameters
-    ----------
     text : what is to be written.
     have : (letter, place) → instances; what `letters_by_place` counts in a prompt, or the glyphs of a hand.
     least : A letter that is needed more rarely than this needs only so many instances.
@@ -281,8 +277,6 @@ def count_table(counted: Sequence[Counter[str]], frequency: Mapping[str, float])
 class SentenceChooser:
     """Sentences, and how much each of them would add to those taken so far.
 
-    Parameters
-    ----------
     sentences : to choose from.
     target : of the text that will be wanted.
     """
@@ -387,8 +381,6 @@ def frequencies_again(
 
     A letter counts as much as it lacks; so does a pair, weighed by how common it is in the texts `target`.
 
-    Parameters
-    ----------
     sure : letter → how many of its glyphs are sure.
     wished : the characters that the hand should have.
     """

@@ -79,10 +79,7 @@ def pack(record: PageRecord) -> bytes:
 
 
 def unpack(data: bytes) -> PageRecord:
-    """The record again.
-
-    Raises InputError: it is not a record of this version.
-    """
+    """The record again. Raises InputError: it is not a record of this version."""
     try:
         whole = zlib.decompressobj().decompress(data, _MOST)
         kind = tuple[bytes, int, int, float, bool, str]
@@ -177,10 +174,7 @@ def symbols(record: PageRecord) -> list[NDArray[np.bool_]]:
 
 
 def symbol(data: bytes, version: int) -> NDArray[np.bool_]:
-    """Some bytes as one code of that version, as `symbols` gives them.
-
-    Raises DoesNotFit: more than it holds.
-    """
+    """Some bytes as one code of that version, as `symbols` gives them. Raises DoesNotFit: more than it holds."""
     text = base45(data)
     if len(text) > _HOLDS[version - 1]:
         raise DoesNotFit(f"{len(data)} bytes are more than a QR code of version {version} holds.")

@@ -57,8 +57,6 @@ class DetectedSheet:
 def find_sheet(image: NDArray[np.uint8]) -> DetectedSheet | None:
     """Find a printed sheet in a scan or photograph.
 
-    Parameters
-    ----------
     image : (h, w) or (h, w, 3) uint8: any resolution from about 150 dpi, any angle.
 
     Returns a sheet, or None if the picture has no mark of a sheet in it.
@@ -85,8 +83,6 @@ def rectify(
 ) -> NDArray[np.uint8]:
     """The page upright and flat, its upper left corner at the first pixel.
 
-    Parameters
-    ----------
     image : (h, w) or (h, w, 3) uint8: the picture in which the sheet was found.
     sheet : where it is.
     dpi : of the result, 36–2400; by default that of the picture.
@@ -118,8 +114,6 @@ def rectify(
 def printed_on(sheet: DetectedSheet, dpi: float) -> NDArray[np.bool_]:
     """Where the rectified page holds print: True in the marks, codes and label.
 
-    Parameters
-    ----------
     dpi : that of `rectify`.
 
     Returns (height, width) bool

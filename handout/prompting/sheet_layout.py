@@ -40,10 +40,7 @@ _LABEL = (12.0, 17.0)  # mm, between the upper marks
 
 
 def paper_of_name(name: str) -> Page:
-    """The paper of that name.
-
-    Raises InputError: sheets are not made in that size.
-    """
+    """The paper of that name. Raises InputError: sheets are not made in that size."""
     for page in PAPERS:
         if page.name.lower() == name.lower():
             return page
@@ -223,8 +220,6 @@ def register(image: NDArray[np.uint8]) -> Registration | None:
     opposite ones, it must lie flat, as on a scanner; with two, what the printer or scanner stretches by half a percent
     is off by up to 0.8 mm.
 
-    Parameters
-    ----------
     image : (h, w) or (h, w, 3) uint8
 
     Returns a registration, or None where there is no mark at all.
@@ -270,10 +265,7 @@ def _check(registration: Registration) -> None:
 
 
 def in_grey(image: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """The picture in shades of grey.
-
-    Raises InputError: it is not (h, w) or (h, w, 3) of uint8, or it is empty.
-    """
+    """The picture in shades of grey. Raises InputError: it is not (h, w) or (h, w, 3) of uint8, or it is empty."""
     import cv2
 
     if image.dtype != np.uint8 or image.ndim not in (2, 3) or image.shape[2:] not in ((), (3,)) or not image.size:

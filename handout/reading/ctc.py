@@ -225,8 +225,6 @@ def greedy(log_posteriors: Array) -> tuple[int, ...]:
 def beams(log_posteriors: Array, width: int = 8, least: float = 1e-3) -> list[Hypothesis]:
     """The likeliest texts, best first: a beam search over prefixes.
 
-    Parameters
-    ----------
     width : prefixes that are kept at each step.
     least : classes less likely than that at a step are not looked at there.
     """

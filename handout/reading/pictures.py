@@ -118,10 +118,7 @@ class PictureReading:
         return float(log_probabilities([self], [text])[0])
 
     def labels(self, text: str) -> tuple[int, ...]:
-        """Groups of a text's letters.
-
-        Raises ValueError: one of them is no letter that is read.
-        """
+        """Groups of a text's letters. Raises ValueError: one of them is no letter that is read."""
         return _labels(text, self.grouped[1])
 
     def verdict(self, text: str) -> Verdict:
@@ -342,10 +339,7 @@ def _spell(labels: tuple[int, ...], letters: str) -> str:
 
 @lru_cache(maxsize=2)
 def load(path: Path = NETWORK) -> Reader:
-    """The reader that ships, or one that was trained.
-
-    Raises InputError: the file is missing or is none.
-    """
+    """The reader that ships, or one that was trained. Raises InputError: the file is missing or is none."""
     try:
         with np.load(path) as file:
             count = sum(name.startswith("w") for name in file.files)

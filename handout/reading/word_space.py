@@ -38,8 +38,6 @@ def normalised(density: Array) -> NDArray[np.float32]:
 def drawn(places: Array, radius: Array, edges: Indices) -> Array:
     """(HEIGHT, w): a line graph as a picture, its ink even; what is taller than the picture is pressed into it.
 
-    Parameters
-    ----------
     places : (n, 2) columns from anywhere, and rows over the baseline, pixels of word space.
     radius : (n,) half the width of the line, the same.
     edges : (m, 2) int, pairs of places.

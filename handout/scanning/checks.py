@@ -72,10 +72,7 @@ def page_index(count: int, page: int | None, path: Path) -> int:
 
 
 def square_resolution(dpi: Any, path: Path) -> float | None:
-    """Pixels per inch, the same across and down.
-
-    Raises InputError: they are not.
-    """
+    """Pixels per inch, the same across and down. Raises InputError: they are not."""
     if not dpi or not all(float(side) > 0 for side in dpi):
         return None
     across, down = (float(side) for side in dpi)

@@ -85,8 +85,6 @@ def pooled_scale(scales: Sequence[Scale]) -> Scale:
 def find_density(scan: Scan, inks: PageInks, scale: Scale | None = None) -> Density:
     """Density of ink on a page whose light has been evened out.
 
-    Parameters
-    ----------
     scale : that of all pages of the hand; without it the page's own.
     """
     scale = scale or find_scale(scan, inks)

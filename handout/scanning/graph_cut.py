@@ -19,7 +19,7 @@ from handout.values import Array, Indices
 _FINE = 256  # capacities are whole numbers of 1/256: of 1/16 they mislabel
 _TOGETHER = 150_000  # pixels a call
 _LARGEST = 2**31 - 1
-_APART = 256  # nodes that are cut at once, unless more are tied together
+_APART = 512  # nodes that are cut at once, unless more are tied together
 
 
 @dataclass(frozen=True)
@@ -57,8 +57,6 @@ def least_cut(
 ) -> NDArray[np.bool_]:
     """Ink mask (h, w) of least cost; outside `domain` all is paper.
 
-    Parameters
-    ----------
     rgb : (h, w, 3) uint8
     density : (h, w) float32
     domain : (h, w) bool: where ink is looked for.
@@ -144,8 +142,6 @@ def _cut_pieces(
 def minimum_cut(cost: Array, a: Indices, b: Indices, price: Array) -> NDArray[np.bool_]:
     """The labels (n,) bool that minimise Σ cost[i]·label[i] + Σ price[e]·(label[a] ≠ label[b]), exactly.
 
-    Parameters
-    ----------
     cost : (n,) float: what True costs more than False.
     a, b : (m,) int: pairs of nodes, each once.
     price : (m,) float, not negative.

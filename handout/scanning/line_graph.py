@@ -104,8 +104,6 @@ def fitted_to_ink(
 ) -> tuple[Array, Array]:
     """Places (n, 2), pixels, of the vertices of a graph, fitted to ink, and half the width (n,) of their lines.
 
-    Parameters
-    ----------
     weight : (h, w) float32: how much ink a pixel has, 0 outside the mask.
     ink : (h, w) float32: 1 in the mask, 0 outside.
     usual : half the usual width of a line, pixels.

@@ -194,8 +194,6 @@ class Gutter:
 def find_gutter(ink: NDArray[np.bool_], dpi: float) -> Gutter | None:
     """The band between two columns of writing, or None if there is one column.
 
-    Parameters
-    ----------
     ink : (h, w) bool
     dpi : pixels per inch.
     """

@@ -56,8 +56,6 @@ _DAMAGED = (OSError, SyntaxError, ValueError, EOFError, MemoryError, TypeError, 
 def read_picture(path: Path, page: int | None = None) -> FilePicture:
     """The picture in a file.
 
-    Parameters
-    ----------
     page : which page of a file that holds several, from 1.
 
     Raises InputError: unreadable, empty, above 200 megapixels, several pages and none chosen, a PDF without a picture
@@ -213,8 +211,6 @@ def _grey(values: NDArray[Any], path: Path) -> NDArray[np.uint8]:
 def read_scan(path: Path, dpi: float | None = None, page: int | None = None) -> Scan:
     """A scan from a file.
 
-    Parameters
-    ----------
     path : PNG, JPEG, TIFF or any other image that Pillow reads, or a PDF.
     dpi : pixels per inch; without it the file's own resolution, if it has a plausible one.
     page : which page of a file that holds several, from 1.
@@ -228,8 +224,6 @@ def read_scan(path: Path, dpi: float | None = None, page: int | None = None) -> 
 def scan_of(picture: FilePicture, dpi: float | None = None, *, guess: bool = False) -> Scan:
     """A picture as a scan; above 700 dpi it is reduced to 600, since nothing of a pen's line is finer.
 
-    Parameters
-    ----------
     dpi : pixels per inch; without it the file's own, if it has a plausible one.
     guess : whether that of a usual sheet is taken where there is none.
 

@@ -447,8 +447,6 @@ def free_area(printed: NDArray[np.bool_], within: Area) -> Area | None:
 
     Of two as large the wider has more room: its height times the square of its width is compared.
 
-    Parameters
-    ----------
     printed : as `find_print` gives it.
 
     Rectangles of ones are found from the heights of the columns of ones over each row: on a stack of rising

@@ -39,10 +39,8 @@ def fill_holes(ink: NDArray[np.bool_], dpi: float) -> NDArray[np.bool_]:
 def skeleton(ink: NDArray[np.bool_]) -> tuple[Array, Indices]:
     """Middle line of a mask (h, w) as it comes, with spurs.
 
-    Returns
-    -------
-    xy : (n, 2) float, pixels, x to the right.
-    edges : (m, 2) int, pairs of vertices, each once.
+    Returns xy : (n, 2) float, pixels, x to the right.
+        edges : (m, 2) int, pairs of vertices, each once.
     """
     from skimage.morphology import skeletonize
 
@@ -155,8 +153,6 @@ class _PathGraph:
 def separate_strokes(xy: Array, edges: Indices, inside: Array, half: float) -> tuple[Array, Indices]:
     """The skeleton with strokes taken apart where they share ink, and with whole crossings.
 
-    Parameters
-    ----------
     xy : (n, 2) float, pixels; edges : (m, 2) int.
     inside : (n,) float, pixels, distance from the edge of the ink.
     half : half the usual width of a line, pixels.

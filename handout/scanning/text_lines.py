@@ -65,8 +65,6 @@ class TextLines:
 def find_text_lines(mask: NDArray[np.bool_], dpi: float, count: int | None = None) -> TextLines:
     """The lines on a page.
 
-    Parameters
-    ----------
     mask : (h, w) bool, ink.
     dpi : pixels per inch.
     count : how many lines there are, if the transcript says so.
@@ -289,8 +287,6 @@ def line_owners(mask: NDArray[np.bool_], lines: Sequence[PixelBaseline]) -> NDAr
     A component belongs to the line in whose body it lies.  One that lies in the bodies of several is shared among them
     along its strokes: every pixel goes to the body that is nearest on the way through the ink.
 
-    Parameters
-    ----------
     mask : (h, w) bool, where there is ink.
     lines : at least one.
     """

@@ -111,8 +111,6 @@ class Inked:
 def prepare(source: Path | Scan, dpi: float | None = None) -> PreparedScan:
     """Light, paper and inks of a scan, from which printed lines are taken away.
 
-    Parameters
-    ----------
     source, dpi : as `read_page`.
 
     Raises InputError: unreadable or too large; no resolution; nothing but paper.
@@ -129,8 +127,6 @@ def find_ink(
 ) -> Inked:
     """Ink and lines of a page that has been prepared; strokes too thin to be measured are read from an enlarged scan.
 
-    Parameters
-    ----------
     pen, lines : as `read_page`.
     scale : scale of densities of the whole hand (`density.pooled_scale`).
 
@@ -175,8 +171,6 @@ def finish(inked: Inked) -> WrittenPage:
 def read_page(source: Path | Scan, dpi: float | None = None, *, lines: int | None = None) -> WrittenPage:
     """Read a scanned page of handwriting.
 
-    Parameters
-    ----------
     source : PNG, JPEG, TIFF, PDF, or a scan in memory.
     dpi : pixels per inch, where the file does not say.
     lines : how many lines of writing there are, if a transcript says so.
@@ -190,8 +184,6 @@ def read_page(source: Path | Scan, dpi: float | None = None, *, lines: int | Non
 def with_recorded_line(written: WrittenPage, strokes: Sequence[Stroke], *, timed: bool) -> WrittenPage:
     """A page with the line that its pen was recorded on in place of the one its ink shows.
 
-    Parameters
-    ----------
     strokes : in the order of writing, mm on the page before its borders were cut off; samples about a pixel apart, all
         with `width`.
     timed : whether their times mean anything.

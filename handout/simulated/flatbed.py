@@ -221,8 +221,6 @@ _SHARPEST = 0.2  # pixels: a finer blur is none
 def lamp(loss: float, field: Field, sampled: NDArray[np.floating]) -> Lamp:
     """The lamp's light over the picture: 1 where `field` is least, less by the share `loss` where it is greatest.
 
-    Parameters
-    ----------
     field : of places x (w,) and y (h,), (h, w); sampled : its values over the whole picture.
     """
     least, span = float(sampled.min()), max(float(np.ptp(sampled)), 1e-9)

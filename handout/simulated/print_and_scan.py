@@ -50,8 +50,6 @@ class Loop:
     def scan(self, document: Path, to: Path, frame: tuple[float, float, float, float] | None = None) -> list[Path]:
         """Print a document and scan its pages: a file each, beside `to`.
 
-        Parameters
-        ----------
         frame : left, top, right, bottom, mm, of what the hand's pen writes in, on every page.
 
         Raises InputError: no document as this printer gets them.
@@ -124,8 +122,6 @@ def pages(path: Path, dpi: float) -> Iterator[tuple[Page, NDArray[np.uint8]]]:
 
     Nothing is resampled: a picture has to lie on the printer's own grid.
 
-    Parameters
-    ----------
     dpi : of the printer.
 
     Raises InputError: the file cannot be read, is no such PDF, or was made for another resolution.
@@ -231,8 +227,6 @@ def write_on_sheet(sheet: SimulatedSheet, field: tuple[float, float, float, floa
             density: Array, sharpened: float = 0.0) -> SimulatedSheet:  # fmt: skip
     """A sheet on which somebody wrote.
 
-    Parameters
-    ----------
     field : left, top, right, bottom, mm, of the frame; what does not fit into it is left out.
     amount : (h, w), how much ink, 1 where it is usual, at `dpi`.
     density : (31,) of the ink, see `WrittenSheet`.

@@ -59,10 +59,7 @@ _ADOBE_GAMMA = 563 / 256  # Source: Adobe RGB (1998) Color Image Encoding
 
 
 def check(names: Iterable[str]) -> frozenset[str]:
-    """The faults of those names.
-
-    Raises InputError: no such fault; the message lists what there is.
-    """
+    """The faults of those names. Raises InputError: no such fault; the message lists what there is."""
     asked = frozenset(names)
     for name in sorted(asked - set(FAULTS)):
         near = difflib.get_close_matches(name, FLAWS, 1)
@@ -127,8 +124,6 @@ _MOST_GRAIN = 0.5  # of the ink: with more it would often be none
 class Press(ABC):
     """A printer that exists only in the computer.
 
-    Parameters
-    ----------
     faulty : names of what is wrong with it, see `FAULTS`.
     grain : standard deviation of the ink of a pixel at 300 dpi, as a share of it; of finer pixels more.
 
@@ -173,8 +168,6 @@ class Press(ABC):
     ) -> SimulatedSheet:
         """Print a page.
 
-        Parameters
-        ----------
         page : (h, w, 3) uint8, device RGB of the whole sheet.
         dpi : its pixels an inch.
         margins : what the printer leaves white at the edges of the sheet, mm; None: it prints to the edge.
@@ -280,14 +273,11 @@ PAPERS = {
 
 
 def find_paper(name: str) -> PrintedPaper:
-    """The paper of that name.
-
-    Raises InputError: no such paper; the message lists what there is.
-    """
+    """The paper of that name. Raises InputError: no such paper; the message lists what there is."""
     if name not in PAPERS:
         near = difflib.get_close_matches(name, PAPERS, 1)
-        hint = f"; did you mean {near[0]!r}?" if near else ""
-        raise InputError(f"The simulated printer has no paper {name!r}{hint} It has: {', '.join(PAPERS)}.")
+        hint = f" (did you mean {near[0]!r}?)" if near else ""
+        raise InputError(f"The simulated printer has no paper {name!r}{hint}; it has: {', '.join(PAPERS)}.")
     return PAPERS[name]
 
 
@@ -309,8 +299,6 @@ GREATEST_GAIN = 0.25  # beyond it more ink would cover less
 def demichel(coverage: Array) -> Array:
     """(n, 16) share of the sheet that every overlap of `OVERLAPS` covers; rows sum to 1.
 
-    Parameters
-    ----------
     coverage : (n, 4) share of the sheet that each ink covers, 0–1.
     """
     weights = np.ones((len(coverage), 1))
@@ -323,8 +311,6 @@ def demichel(coverage: Array) -> Array:
 def primaries(paper: Array, surface: float, transmittances: Array) -> Array:
     """(16, 31) reflectance of every overlap.
 
-    Parameters
-    ----------
     paper : (31,) reflectance of the sheet; surface : share that never reaches ink.
     transmittances : (4, 31) of the solid inks; what lies over one another multiplies (Beer–Lambert).
     """
@@ -335,8 +321,6 @@ def primaries(paper: Array, surface: float, transmittances: Array) -> Array:
 def mix_halftone(coverage: Array, overlaps: Array, n: float) -> Array:
     """(m, k) reflectance of a halftone: R = (Σ w_i R_i^(1/n))^n, w after Demichel.
 
-    Parameters
-    ----------
     coverage : (m, 4), 0–1; overlaps : (16, k) reflectance; n : Yule–Nielsen factor, 1 (none) and more.
     """
     return np.asarray((demichel(coverage) @ overlaps ** (1 / n)) ** n)
@@ -369,8 +353,6 @@ _N = (1.0, 10.0)  # of the Yule–Nielsen factor: none, and beyond it nothing ch
 class Inkjet(Press):
     """An inkjet with cyan, magenta, yellow and black, after Yule, Nielsen and Neugebauer.
 
-    Parameters
-    ----------
     paper : one of `PAPERS`: "white", "cream", "recycled", "photo".
     gain : how much a half covered tone grows, 0–0.25 of the sheet; None: as the paper makes it (17 % on white).
     n : Yule–Nielsen factor, 1–10: how far light spreads in the paper.

@@ -113,8 +113,6 @@ class SimulatedSheet:
     def reflectance(self, bands: Array) -> NDArray[np.float32]:
         """(h, w, k) float32: what every pixel sends back in each of k bands of light.
 
-        Parameters
-        ----------
         bands : (31, k) how much each wavelength counts; `light.observer()` gives XYZ.
         """
         pieces = range(0, len(self.coverage), _CHUNK)

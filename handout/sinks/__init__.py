@@ -243,22 +243,13 @@ def write_drawings(
     A PDF holds all pages; of the other formats each page gets a file of its own, numbered (``letter-1.svg``,
     ``letter-2.svg`` …) if there are several.  All files are made before the first is written.
 
-    Parameters
-    ----------
-    drawings : sequence of Drawing
-        The pages, at least one.
-    paths : sequence of str or Path
-    look : Look, optional
-        Pen, paper and resolution of formats that show ink.
-    extra : mapping of suffix to function, optional
-        Further formats, such as ``{".gcode": to_gcode}``: each function gets a page and returns the file.
-    tell : function, optional
-        Told how far it has come.
+    drawings : the pages, at least one.
+    look : pen, paper and resolution of formats that show ink.
+    extra : mapping of suffix to function, optional: further formats, such as ``{".gcode": to_gcode}``: each function
+        gets a page and returns the file.
+    tell : told how far it has come.
 
-    Returns
-    -------
-    list of Path
-        The files written, in the order of `paths`, pages in order.
+    Returns the files written, in the order of `paths`, pages in order.
 
     Raises InputError: no page, transparent paper, travel where it cannot be shown, or what `check_outputs` and the
     formats refuse.

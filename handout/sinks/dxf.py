@@ -14,6 +14,7 @@ import re
 from collections.abc import Iterable, Sequence
 from functools import lru_cache
 from itertools import count
+from pathlib import Path
 
 import numpy as np
 
@@ -29,46 +30,8 @@ _NOT_IN_NAMES = re.compile(r'[<>/\\":;?*|=`,\x00-\x1f\x7f]')
 _LONGEST = 200  # characters of a name, of 255
 _FIRST_HANDLE = 0x100  # of what is drawn; the frame of a file has those below
 
-# What a file has around its layers and lines: a pair of code and value in each line.  $INSUNITS 4 is mm.
-_FRAME = """\
-0 SECTION|2 HEADER|9 $ACADVER|1 AC1015|9 $DWGCODEPAGE|3 ANSI_1252|9 $INSUNITS|70 4|9 $MEASUREMENT|70 1
-9 $HANDSEED|5 {seed:X}|9 $EXTMIN|10 {left:.4f}|20 {bottom:.4f}|30 0.0|9 $EXTMAX|10 {right:.4f}|20 {top:.4f}|30 0.0
-9 $LIMMIN|10 0.0|20 0.0|9 $LIMMAX|10 {width:.4f}|20 {height:.4f}|0 ENDSEC
-0 SECTION|2 CLASSES|0 ENDSEC|0 SECTION|2 TABLES
-0 TABLE|2 VPORT|5 8|330 0|100 AcDbSymbolTable|70 0|0 ENDTAB
-0 TABLE|2 LTYPE|5 5|330 0|100 AcDbSymbolTable|70 3
-0 LTYPE|5 14|330 5|100 AcDbSymbolTableRecord|100 AcDbLinetypeTableRecord|2 ByBlock|70 0|3 |72 65|73 0|40 0.0
-0 LTYPE|5 15|330 5|100 AcDbSymbolTableRecord|100 AcDbLinetypeTableRecord|2 ByLayer|70 0|3 |72 65|73 0|40 0.0
-0 LTYPE|5 16|330 5|100 AcDbSymbolTableRecord|100 AcDbLinetypeTableRecord|2 Continuous|70 0|3 |72 65|73 0|40 0.0|0 ENDTAB
-0 TABLE|2 LAYER|5 2|330 0|100 AcDbSymbolTable|70 {layers}
-0 LAYER|5 10|330 2|100 AcDbSymbolTableRecord|100 AcDbLayerTableRecord|2 0|70 0|62 7|6 Continuous
-{layer_table}
-0 ENDTAB|0 TABLE|2 STYLE|5 3|330 0|100 AcDbSymbolTable|70 1
-0 STYLE|5 11|330 3|100 AcDbSymbolTableRecord|100 AcDbTextStyleTableRecord|2 Standard
-70 0|40 0.0|41 1.0|50 0.0|71 0|42 2.5|3 txt|4 |0 ENDTAB
-0 TABLE|2 VIEW|5 6|330 0|100 AcDbSymbolTable|70 0|0 ENDTAB|0 TABLE|2 UCS|5 7|330 0|100 AcDbSymbolTable|70 0|0 ENDTAB
-0 TABLE|2 APPID|5 9|330 0|100 AcDbSymbolTable|70 1
-0 APPID|5 12|330 9|100 AcDbSymbolTableRecord|100 AcDbRegAppTableRecord|2 ACAD|70 0|0 ENDTAB
-0 TABLE|2 DIMSTYLE|5 A|330 0|100 AcDbSymbolTable|70 0|100 AcDbDimStyleTable|0 ENDTAB
-0 TABLE|2 BLOCK_RECORD|5 1|330 0|100 AcDbSymbolTable|70 2
-0 BLOCK_RECORD|5 1F|330 1|100 AcDbSymbolTableRecord|100 AcDbBlockTableRecord|2 *Model_Space|340 22
-0 BLOCK_RECORD|5 1B|330 1|100 AcDbSymbolTableRecord|100 AcDbBlockTableRecord|2 *Paper_Space|340 1E|0 ENDTAB|0 ENDSEC
-0 SECTION|2 BLOCKS
-0 BLOCK|5 20|330 1F|100 AcDbEntity|8 0|100 AcDbBlockBegin|2 *Model_Space|70 0|10 0.0|20 0.0|30 0.0|3 *Model_Space|1
-0 ENDBLK|5 21|330 1F|100 AcDbEntity|8 0|100 AcDbBlockEnd
-0 BLOCK|5 1C|330 1B|100 AcDbEntity|8 0|100 AcDbBlockBegin|2 *Paper_Space|70 0|10 0.0|20 0.0|30 0.0|3 *Paper_Space|1
-0 ENDBLK|5 1D|330 1B|100 AcDbEntity|8 0|100 AcDbBlockEnd|0 ENDSEC
-0 SECTION|2 ENTITIES
-{entities}
-0 ENDSEC|0 SECTION|2 OBJECTS
-0 DICTIONARY|5 C|330 0|100 AcDbDictionary|281 1|3 ACAD_GROUP|350 E|3 ACAD_LAYOUT|350 D
-0 DICTIONARY|5 E|330 C|100 AcDbDictionary|281 1
-0 DICTIONARY|5 D|330 C|100 AcDbDictionary|281 1|3 Model|350 22|3 Layout1|350 1E
-0 LAYOUT|5 22|330 D|100 AcDbPlotSettings|1 |2 |4 |6 |44 {width:.4f}|45 {height:.4f}|70 688|72 1|73 0|74 5
-100 AcDbLayout|1 Model|70 1|71 0|10 0.0|20 0.0|11 {width:.4f}|21 {height:.4f}|330 1F
-0 LAYOUT|5 1E|330 D|100 AcDbPlotSettings|1 |2 |4 |6 |44 {width:.4f}|45 {height:.4f}|70 688|72 1|73 0|74 5
-100 AcDbLayout|1 Layout1|70 1|71 1|10 0.0|20 0.0|11 {width:.4f}|21 {height:.4f}|330 1B
-0 ENDSEC|0 EOF"""
+# What a file has around its layers and lines: pairs of code and value with | between them.  $INSUNITS 4 is mm.
+_FRAME = Path(__file__).with_name("dxf_frame.txt").read_text(encoding="ascii").rstrip("\n")
 _LAYER = "0 LAYER|5 {:X}|330 2|100 AcDbSymbolTableRecord|100 AcDbLayerTableRecord|2 {}|70 0|62 {}|6 Continuous"
 _LINE = "0 LWPOLYLINE|5 {:X}|330 1F|100 AcDbEntity|8 {}{}|100 AcDbPolyline|90 {}|70 {}|43 0.0|{}"
 
@@ -76,8 +39,6 @@ _LINE = "0 LWPOLYLINE|5 {:X}|330 1F|100 AcDbEntity|8 {}{}|100 AcDbPolyline|90 {}
 def to_dxf(drawing: Drawing, *, colour: str = "#1a1a2e", by: layers.By = "ink") -> bytes:
     """The strokes of a page as a DXF file; see the top of this file.
 
-    Parameters
-    ----------
     colour : ``"#rrggbb"``, of strokes without a colour of their own.
     by : what a layer is, see `layers.layers`.
     """

@@ -18,8 +18,6 @@ _LONGEST = 40  # characters of a line's text in its name
 def layers(drawing: Drawing, by: By = "ink") -> dict[str, list[int]]:
     """The strokes of each layer, by their numbers, in the order of writing.
 
-    Parameters
-    ----------
     by : "ink": a layer for every layer and colour of the drawing's own, "Page 1" where these are all alike; "line" and
         "word": a layer for each of them, where the drawing tells of such.
     """

@@ -27,16 +27,11 @@ def to_pdf(
 ) -> bytes:
     """Pages as one PDF file.
 
-    Parameters
-    ----------
-    drawings : sequence of Drawing
-        At least one; each is a page of its own size.
-    pen_width : float
-        mm, of strokes without a width of their own; one whose width varies, or of a flat nib, is filled as it is.
-    colour : str
-        ``"#rrggbb"``, device RGB, of strokes without a colour of their own.
-    show_travel : bool
-        Draw the moves between strokes, thin and red.
+    drawings : at least one; each is a page of its own size.
+    pen_width : mm, of strokes without a width of their own; one whose width varies, or of a flat nib, is filled as it
+        is.
+    colour : ``"#rrggbb"``, device RGB, of strokes without a colour of their own.
+    show_travel : draw the moves between strokes, thin and red.
 
     Raises InputError: no drawing, no such colour, or a pen width outside 0.02–50 mm.
     """

@@ -46,7 +46,6 @@ class PagePicture(msgspec.Struct, frozen=True):
 
     @staticmethod
     def unpack(data: bytes) -> PagePicture:
-        """See `pack`."""
         return msgspec.msgpack.decode(data, type=PagePicture)
 
 

@@ -29,18 +29,12 @@ def to_png(
 ) -> bytes:
     """An image as PNG; the same pixels give the same bytes.
 
-    Parameters
-    ----------
-    image : Raster, or (h, w, 3) or (h, w) uint8
-        A raster is laid on `paper`.
-    dpi : float, optional
-        Pixels per inch, stored as ``pHYs``; None: that of the raster.
-    about : mapping, optional
-        Stored as text: ``seed``, ``hand``, and all of it as JSON under ``about``.
-    paper : (r, g, b) in 0–1, or None
-        None keeps a raster transparent.
-    palette : (256, 3) uint8, optional
-        Colours of the values of (h, w) pixels; a page of one ink takes half the bytes so.
+    image : Raster, or (h, w, 3) or (h, w) uint8: a raster is laid on `paper`.
+    dpi : pixels per inch, stored as ``pHYs``; None: that of the raster.
+    about : stored as text: ``seed``, ``hand``, and all of it as JSON under ``about``.
+    paper : (r, g, b) in 0–1, or None: None keeps a raster transparent.
+    palette : (256, 3) uint8, optional: colours of the values of (h, w) pixels; a page of one ink takes half the bytes
+        so.
 
     Raises InputError: pixels without a resolution, or of another form.
     """

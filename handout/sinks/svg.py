@@ -11,6 +11,7 @@ from __future__ import annotations
 import zlib
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
 
@@ -27,88 +28,7 @@ _STYLE = """
 @media print{.nib,.travel,#travel:target{display:none!important}}
 """
 
-_SCRIPT = r"""
-(function () {
-  'use strict';
-  var svg = (document.currentScript && document.currentScript.ownerSVGElement) || document.documentElement;
-  var nib = null, began = null, next = 0;
-
-  function time(path, name) { return parseFloat(path.getAttribute(name)); }
-  var strokes = Array.prototype.slice.call(svg.querySelectorAll('.stroke'));
-  strokes.sort(function (a, b) { return time(a, 'data-t0') - time(b, 'data-t0'); });  /* of all layers */
-
-  function mix(a, b, u) { return a + (b - a) * u; }
-
-  /* the path as far as it is written `ms` milliseconds after its beginning */
-  function cut(path, ms) {
-    var n = path.getAttribute('d').match(/-?\d*\.?\d+/g).map(Number);
-    var spans = (path.getAttribute('data-k') || '').split(' ').map(Number);
-    var d = 'M' + n[0] + ' ' + n[1];
-    for (var i = 2, k = 0; i + 5 < n.length; i += 6, k += 1) {
-      var c = n.slice(i, i + 6);
-      if (ms < spans[k]) {
-        var u = ms / spans[k], half = [], j;
-        for (j = 0; j < 2; j += 1) {
-          var a = c[j] * u, m = mix(c[j], c[j + 2], u), z = mix(c[j + 2], c[j + 4], u);
-          var b = mix(a, m, u), e = mix(m, z, u);
-          half[j] = a; half[j + 2] = b; half[j + 4] = mix(b, e, u);
-        }
-        return d + 'c' + half.join(' ');
-      }
-      d += 'c' + c.join(' ');
-      ms -= spans[k];
-    }
-    return d + 'h.001';
-  }
-
-  function frame(now) {
-    if (began === null) { return; }
-    if (began < 0) { began = now; }
-    var t = (now - began) / 1000;
-    while (next < strokes.length && time(strokes[next], 'data-t1') <= t) {
-      strokes[next].classList.remove('later');
-      next += 1;
-    }
-    if (next === strokes.length) { stop(); return; }
-    var path = strokes[next], t0 = time(path, 'data-t0');
-    nib.setAttribute('d', t < t0 ? '' : cut(path, (t - t0) * 1000));
-    nib.setAttribute('clip-path', path.getAttribute('clip-path') || 'none');
-    ['stroke', 'stroke-width'].forEach(function (name) {
-      nib.setAttribute(name, path.closest('[' + name + ']').getAttribute(name));
-    });
-    window.requestAnimationFrame(frame);
-  }
-
-  function play() {
-    stop();
-    for (var i = 0; i < strokes.length; i += 1) { strokes[i].classList.add('later'); }
-    svg.classList.add('playing');
-    nib = document.createElementNS(svg.namespaceURI, 'path');
-    nib.setAttribute('class', 'nib');
-    svg.querySelector('.ink').appendChild(nib);
-    began = -1; next = 0;
-    window.requestAnimationFrame(frame);
-  }
-
-  function stop() {
-    for (var i = 0; i < strokes.length; i += 1) { strokes[i].classList.remove('later'); }
-    svg.classList.remove('playing');
-    if (nib) { nib.parentNode.removeChild(nib); }
-    nib = began = null;
-  }
-
-  function asked() { if (/\bplay\b/.test(window.location.hash)) { play(); } }
-
-  svg.addEventListener('click', function () { if (began === null) { play(); } else { stop(); } });
-  window.addEventListener('keydown', function (event) {
-    if (event.ctrlKey || event.metaKey || event.altKey) { return; }
-    if (event.key === 'p') { if (began === null) { play(); } else { stop(); } }
-    if (event.key === 't') { svg.classList.toggle('show-travel'); }
-  });
-  window.addEventListener('hashchange', asked);
-  asked();
-}());
-"""
+_SCRIPT = Path(__file__).with_name("replay.js").read_text(encoding="utf-8")
 
 
 def to_svg(
@@ -128,18 +48,11 @@ def to_svg(
     hidden, and shown by the class ``show-travel`` on the root, by ``file.svg#travel`` or by the key T.  A click, the
     key P or ``file.svg#play`` replays the writing at its own speed.
 
-    Parameters
-    ----------
-    drawing : Drawing
-    pen_width : float
-        mm, of strokes without a width of their own.  A stroke whose width varies, or of a flat nib, is drawn in its
-        greatest width and clipped to its mark; ``data-w`` (µm) has its width at the knots, ``data-nib`` its edge.
-    colour : str
-        ``"#rrggbb"``, of strokes without a colour of their own.
-    show_travel : bool
-        Show the moves between strokes from the beginning, in programs that do not know the style sheet too.
-    by : "ink", "line" or "word"
-        What a layer is, see `layers.layers`.
+    pen_width : mm, of strokes without a width of their own.  A stroke whose width varies, or of a flat nib, is drawn in
+        its greatest width and clipped to its mark; ``data-w`` (µm) has its width at the knots, ``data-nib`` its edge.
+    colour : ``"#rrggbb"``, of strokes without a colour of their own.
+    show_travel : show the moves between strokes from the beginning, in programs that do not know the style sheet too.
+    by : "ink", "line" or "word": what a layer is, see `layers.layers`.
 
     Raises InputError: no such colour, or a pen width outside 0.02–50 mm.
     """
@@ -155,7 +68,7 @@ def to_svg(
         f"<style>{_STYLE}</style>",
         *_layers(drawing, pen_width, colour, by),
         *_travel(drawing, show_travel),
-        f"<script>//<![CDATA[{_SCRIPT}//]]></script>",
+        f"<script>//<![CDATA[\n{_SCRIPT}//]]></script>",
         "</svg>\n",
     ]
     return "\n".join(parts).encode("utf-8")

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from handout.errors import InputError
+from handout.errors import InputError, reported
 from handout.values import Drawing
 
 __all__ = ["read_drawing", "suffixes"]
@@ -54,10 +54,7 @@ def suffixes() -> list[str]:
 def read_drawing(path: str | Path, *, texts: bool = False) -> Drawing:
     """Read a drawing from a file whose suffix says the format; `texts` : see `svg.from_svg`.
 
-    Returns
-    -------
-    Drawing
-        `about["left_out"]` lists in words what of the file is not in it, if anything.
+    The drawing's `about["left_out"]` lists in words what of the file is not in it, if anything.
 
     Raises InputError: an unknown suffix (the message lists the known ones), a file that cannot be read, is larger than
     64 MiB, or is not what its suffix says.
@@ -66,11 +63,8 @@ def read_drawing(path: str | Path, *, texts: bool = False) -> Drawing:
     suffix = path.suffix.lower()
     if suffix not in suffixes():
         raise InputError(f"{path}: {path.suffix or 'no suffix'!r} is not one of {', '.join(suffixes())}.")
-    try:
-        with path.open("rb") as stream:
-            data = stream.read(_LARGEST + 1)
-    except OSError as error:
-        raise InputError(f"Cannot read {path}: {error.strerror or error}.") from error
+    with reported(f"read {path}"), path.open("rb") as stream:
+        data = stream.read(_LARGEST + 1)
     if len(data) > _LARGEST:
         raise InputError(f"{path} is larger than {_LARGEST // 2**20} MiB: simplify the drawing or split it.")
     try:

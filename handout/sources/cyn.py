@@ -25,10 +25,7 @@ _COLUMNS = 8
 
 
 def from_cyn(data: bytes) -> Drawing:
-    """Read a CYN file.
-
-    Raises InputError: not CYN, a stroke that is cut off, or a sample that is not eight numbers.
-    """
+    """Read a CYN file. Raises InputError: not CYN, a stroke that is cut off, or a sample that is not eight numbers."""
     recorded.refuse_many(data.count(b"\n"), "CYN file")
     raw = list[Raw]()
     for table in _strokes(data):

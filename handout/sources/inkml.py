@@ -60,18 +60,11 @@ _PLAIN = (_InkmlChannel("X", 1.0), _InkmlChannel("Y", 1.0))
 def from_inkml(data: bytes, *, unit: float = 1.0) -> Drawing:
     """Read an InkML file.
 
-    Parameters
-    ----------
-    data : bytes
-    unit : float
-        mm, of lengths for which the file names neither a unit nor a resolution.
+    unit : mm, of lengths for which the file names neither a unit nor a resolution.
 
-    Returns
-    -------
-    Drawing
-        From a file of this program, the drawing that was written, to 1e-6 of each unit.  From another, a page as
-        large as its writing, with times from 0; a file without times gets 100 samples a second, is not `timed`, and
-        has a note in `about["timing"]`.  Samples at which the clock stands still are left out.
+    Returns, of a file of this program, the drawing that was written, to 1e-6 of each unit; of another, a page as
+    large as its writing, with times from 0; a file without times gets 100 samples a second, is not `timed`, and has a
+    note in `about["timing"]`.  Samples at which the clock stands still are left out.
 
     Raises InputError: not well-formed, not InkML, several pages, or a trace that cannot be read (the message says
     which).

@@ -64,10 +64,7 @@ def looks_like(data: bytes) -> bool:
 
 
 def from_pointer_events(data: bytes) -> Drawing:
-    """Read pointer events in JSON.
-
-    Raises InputError: not such JSON, or no event of a pen that is down.
-    """
+    """Read pointer events in JSON. Raises InputError: not such JSON, or no event of a pen that is down."""
     try:
         read = msgspec.json.decode(data, type=list[_Event] | _Recording if data.lstrip()[:1] != b"[" else list[Any])
     except (msgspec.MsgspecError, UnicodeDecodeError, RecursionError) as error:

@@ -51,8 +51,6 @@ def make_drawing(raw: Sequence[Raw], what: str, about: Mapping[str, Any], *, fit
     clock runs, there are 100 samples a second, `about["timing"]` says so, and unless the file knows when strokes began
     the drawing is not `timed`.
 
-    Parameters
-    ----------
     what : the format, for messages.
     fit : move the writing to the corner of a page that is as large as it needs; otherwise only what lies left of the
         page or above it is moved.

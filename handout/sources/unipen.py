@@ -51,17 +51,10 @@ class _UnipenState:
 def from_unipen(data: bytes, include: Include | None = None) -> Drawing:
     """Read a UNIPEN file.
 
-    Parameters
-    ----------
-    data : bytes
     include : finds the bytes of an ``.INCLUDE``d file by its name; None if it is not there.
 
-    Returns
-    -------
-    Drawing
-        Strokes of the pen on paper, y turned down.  `about["segments"]` lists the labels, each as ``{"level",
-        "label", "strokes"}`` with the indices of its strokes; words are numbered by the segments of level WORD, else
-        TEXT.
+    Returns strokes of the pen on paper, y turned down.  `about["segments"]` lists the labels, each as ``{"level",
+    "label", "strokes"}`` with the indices of its strokes; words are numbered by the segments of level WORD, else TEXT.
 
     Raises InputError: not UNIPEN, samples that are not numbers, or an included file that is missing.
     """

@@ -36,10 +36,7 @@ _HEADERS = {
 
 @dataclass
 class Allowance:
-    """So many requests at once, and so many a second on end (a token bucket).
-
-    clock : seconds.
-    """
+    """So many requests at once, and so many a second on end (a token bucket); clock : seconds."""
 
     most: float
     rate: float

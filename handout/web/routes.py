@@ -62,10 +62,7 @@ class Way:
 
 
 def parse_body(data: bytes, kind: Any) -> Any:
-    """A body of a type.
-
-    Raises HTTPException: 422: it is none.
-    """
+    """A body of a type. Raises HTTPException: 422: it is none."""
     try:
         return msgspec.json.decode(data, type=kind)
     except (msgspec.MsgspecError, UnicodeDecodeError, RecursionError) as error:

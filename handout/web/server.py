@@ -96,8 +96,6 @@ def serve(
 ) -> None:
     """Serve the studio until it is interrupted.
 
-    Parameters
-    ----------
     hands_ : name → .hand file of hands beside those that are known by name.
     styles_ : the same of handstyles.
     start : the page that the link opens; hosts : that webhooks may lead to, beside this computer.

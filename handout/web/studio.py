@@ -122,10 +122,7 @@ class Studio:
         return str(self.styles.get(name, name))
 
     def begin(self, lane: Lane, kind: str, call: Call, folder: Path | None = None) -> Task:
-        """A task that waits for its turn.
-
-        Raises HTTPException: 429: too many wait.
-        """
+        """A task that waits for its turn. Raises HTTPException: 429: too many wait."""
         ended = [task for task in self.tasks.values() if task.has_ended]
         for task in ended[: max(0, len(ended) - _MOST_TASKS)]:
             self.tasks.pop(task.id).discard()
@@ -141,10 +138,8 @@ class Studio:
     async def answer(self, kind: str, call: Call, lane: Lane | None = None) -> Any:
         """What a short call gives; it leaves no task behind.
 
-        Raises
-        ------
-        HTTPException
-            422 with the pipeline's own sentence; 409 where the hand was changed meanwhile; 500 for faults.
+        Raises HTTPException: 422 with the pipeline's own sentence; 409 where the hand was changed meanwhile; 500 for
+        faults.
         """
         task = self.begin(lane or self.quick, kind, call)
         try:
@@ -192,10 +187,7 @@ class Studio:
             await self._keep(hand, 0.0)
 
     def room(self, size: int) -> None:
-        """Make sure that there is room for an upload, or for more of one.
-
-        Raises HTTPException: 507: there is none.
-        """
+        """Make sure that there is room for an upload, or for more of one. Raises HTTPException: 507: there is none."""
         kept = sum(upload.size for upload in self.uploads.values())
         if len(self.uploads) >= _MOST_UPLOADS or kept + size > _MOST_BYTES:
             raise HTTPException(507, "No more scans can be kept: use those that were sent, or take some away.")
@@ -203,10 +195,7 @@ class Studio:
     async def attend(self, ports: Sequence[str], kind: str, call: Call) -> Task:
         """A task that moves the machines at some ports, alone; "" for printers.
 
-        Raises
-        ------
-        HTTPException
-            422: there is no such port; 409: something else moves it.
+        Raises HTTPException: 422: there is no such port; 409: something else moves it.
         """
         for port in filter(None, ports):
             await self.answer("looking for a port", Call("plot_desk.known_port", (port,)))

@@ -36,6 +36,11 @@ DRAFTS = (
     "batch",
     "own",
 )  # Write, Style, what is on scans, a table's letter, steps to a hand
+# by suffix: how what many people have becomes a file that is read
+_WAYS_OUT = {
+    **dict.fromkeys((".heic", ".heif", ".avif"), "save the photograph as JPEG"),
+    **dict.fromkeys((".xls", ".ods", ".numbers"), "save the table as Excel (.xlsx) or CSV"),
+}
 _ALIVE = 15.0  # s after which a stream of events says that it is still there
 _LOOK = 0.25  # s between two looks whether who asked is still there
 
@@ -116,7 +121,8 @@ async def take_file(studio: Studio, request: Request, suffixes: Sequence[str], k
     name = PurePath(request.query_params.get("name", "").replace("\\", "/")).name[-100:]
     suffix = PurePath(name).suffix.lower()
     if suffix not in suffixes:
-        raise HTTPException(422, f"A file is sent with its name, which ends in one of {', '.join(suffixes)}.")
+        way_out = _WAYS_OUT.get(suffix, f"taken are those that end in {', '.join(suffixes)}")
+        raise HTTPException(422, f"{name or 'A file without a name'} is no file that can be read here: {way_out}.")
     studio.room(0)
     # by letters, digits and hyphens the scan is called in a hand, and in sentences
     stem = re.sub("[^A-Za-z0-9]+", "-", PurePath(name).stem)[:40].strip("-") or "scan"

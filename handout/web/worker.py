@@ -116,19 +116,16 @@ class _WorkDesk:
             raise Cancelled
 
     def say(self, *sentences: str) -> None:
-        """See `pipeline.results.Listener`."""
         self._look()
         self._tell("said", sentences=sentences)
 
     note = say
 
     def progress(self, share: float, stage: str) -> None:
-        """See `pipeline.results.Listener`."""
         self._look()
         self._tell("progress", share=float(share), stage=stage)
 
     def live(self, facts: Mapping[str, Any]) -> None:
-        """See `pipeline.plot_desk.PageWire`."""
         self._tell("live", live=facts)
 
     def word(self, seconds: float = 0.0) -> str:

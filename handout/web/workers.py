@@ -250,10 +250,7 @@ class Lane:
             self._room.release()
 
     def add_task(self, task: Task) -> Task:
-        """Let a task wait for its turn.
-
-        Raises LaneFull: too many wait.
-        """
+        """Let a task wait for its turn. Raises LaneFull: too many wait."""
         try:
             self._row.put_nowait(task)
         except asyncio.QueueFull:

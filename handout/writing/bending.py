@@ -11,10 +11,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
+from statistics import NormalDist
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import ndtr, ndtri
 
 from handout.hand.learnt import learnt
 from handout.hand.measures import body_sizes, mean_x_height
@@ -26,6 +26,7 @@ _WARP = 1.5  # size of the warp over the usual difference in shape between two i
 _WAVES = 3
 _MISSED = 0.8  # shift of targets over the usual difference in shape; never more than _FARTHEST
 _WORST = 2.0  # deviations
+_NORMAL = NormalDist()  # scipy's takes longer to load than the rest of a sentence
 _FARTHEST = 0.06  # x-heights
 _AROUND = 0.4  # x-heights: reach of a target's shift
 _AWAY = 0.15  # weight of no shift, against those of the targets
@@ -33,6 +34,7 @@ _ENOUGH = 5  # instances from which on a letter's range is measured
 _SUREST = 10  # per cent of the letters
 _PRIOR = 4.0  # instances that the deviation common to all letters counts as
 _TRIES = (1.0, 0.7, 0.5)
+_EVEN = np.eye(2)  # the affine map that leaves everything where it is
 VERSION = 2  # of what is kept of a hand; tests/hand/test_house_scanned.py says when to raise it
 
 
@@ -77,10 +79,9 @@ class Bend:
 
     def __call__(self, xy: Array) -> Array:
         """Where places (n, 2) go."""
-        from_foot = xy - (0.0, self.foot)
-        moved = xy + from_foot @ (self.affine - np.eye(2)).T
-        moved = moved + np.sin(xy @ self.waves.T + self.phases) @ self.pushes
-        near = np.exp(-square_distances(xy, self.targets) / (2 * self.around**2))
+        moved = xy + (xy - (0.0, self.foot)) @ (self.affine - _EVEN).T
+        moved += np.sin(xy @ self.waves.T + self.phases) @ self.pushes
+        near = np.exp(square_distances(xy, self.targets) / (-2 * self.around**2))
         return np.asarray(moved + near @ self.misses / (near.sum(axis=1) + _AWAY)[:, None])
 
     def of_form(self, xy: Array) -> Array:
@@ -93,14 +94,14 @@ class Bend:
 
     def scale_by(self, share: float) -> Bend:
         """The bend, `share` times as strong."""
-        affine = np.eye(2) + share * (self.affine - np.eye(2))
+        affine = _EVEN + share * (self.affine - _EVEN)
         return replace(self, affine=affine, pushes=share * self.pushes, misses=share * self.misses)
 
 
 def unbent() -> Bend:
     """The bend that leaves everything where it is."""
     none = np.zeros((0, 2))
-    return Bend(np.eye(2), 0.0, none, none, np.zeros(0), none, none, 1.0)
+    return Bend(_EVEN, 0.0, none, none, np.zeros(0), none, none, 1.0)
 
 
 def bend(
@@ -122,7 +123,8 @@ def bend(
     """
     directions = rng.uniform(0, 2 * np.pi, (3, _WAVES))
     # a normal cut off at its worst, so that no two targets are missed alike
-    missed = ndtri(rng.uniform(ndtr(-_WORST), ndtr(_WORST), form.targets.shape))
+    shares = rng.uniform(_NORMAL.cdf(-_WORST), _NORMAL.cdf(_WORST), form.targets.shape)
+    missed = np.array([*map(_NORMAL.inv_cdf, shares.ravel().tolist())]).reshape(shares.shape)
     if variation == 0:
         return unbent()
     reach = min(variation * _MISSED * spread.warp, _FARTHEST * spread.x_height)
@@ -157,8 +159,7 @@ def _make_warp(affine: Array, foot: float, directions: Array, spread: InstanceSp
     waves = length[:, None] * np.column_stack([np.cos(directions[0]), np.sin(directions[0])])
     reach = min(variation * _WARP * spread.warp, 0.1 * spread.x_height) / _WAVES
     pushes = reach * np.column_stack([np.cos(directions[1]), np.sin(directions[1])])
-    none = np.zeros((0, 2))
-    return Bend(affine, foot, waves, pushes, directions[2], none, none, _AROUND * spread.x_height)
+    return Bend(affine, foot, waves, pushes, directions[2], waves[:0], waves[:0], _AROUND * spread.x_height)
 
 
 def measure_spread(forms: Forms) -> InstanceSpread:

@@ -15,7 +15,7 @@ import unicodedata
 from collections.abc import Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass
-from functools import cached_property, lru_cache, reduce
+from functools import cached_property, lru_cache
 from operator import itemgetter
 from typing import NamedTuple, TypeAlias
 
@@ -467,8 +467,10 @@ def spread_evenly(lines: Sequence[Array], count: int) -> Array:
 
 def square_distances(first: Array, second: Array) -> Array:
     """(n, m): squares of the distances of places (n, k) from others (m, k), as scipy's, which takes long to load."""
-    columns = zip(first.T, second.T, strict=True)
-    return np.asarray(reduce(np.add, (np.square(mine[:, None] - theirs) for mine, theirs in columns)))
+    squares = np.square(first[:, :1] - second[:, 0])
+    for mine, theirs in zip(first.T[1:], second.T[1:], strict=True):
+        squares += np.square(mine[:, None] - theirs)
+    return np.asarray(squares)
 
 
 def is_mark(letter: str) -> bool:

@@ -502,21 +502,27 @@ def _complaint(missing: dict[str, list[str]], hand: Repertoire, fallback: bool, 
         for grapheme, places in list(missing.items())[:_MOST_NAMED]
     ]
     more = f", and {len(missing) - _MOST_NAMED} others" if len(missing) > _MOST_NAMED else ""
-    way_out = "use another hand"
-    if not fallback:
-        names = [_name(grapheme) for grapheme in missing if grapheme in hand.lendable]
-        which = (
-            f", which can supply {'all' if len(names) == len(missing) else ' '.join(names)} of them" if names else ""
-        )
-        pictures = [grapheme for grapheme in missing if grapheme in spared]
-        ways = [f"accept similar forms{which}"] if len(pictures) < len(missing) else []
-        ways += [f"leave {'it' if len(missing) == 1 else _pictures(pictures, missing)} out"] if pictures else []
-        way_out += f", or --fallback to {' and '.join(ways)}"
     few = f"; it can write only {''.join(sorted(hand.letters))}" if 0 < len(hand.letters) < _FEW else ""
+    way_out = _way_out(missing, hand, fallback, spared)
     return f"The hand {hand.name} has no form for {', '.join(named)}{more}{few}: {way_out}."
 
 
+def _way_out(missing: Collection[str], hand: Repertoire, fallback: bool, spared: Collection[str]) -> str:
+    if any(unicodedata.bidirectional(grapheme[0]) in ("R", "AL") for grapheme in missing):
+        return "handout writes from left to right alone"
+    if fallback:
+        return "use another hand"
+    names = [_name(grapheme) for grapheme in missing if grapheme in hand.lendable]
+    which = f", which can supply {'all' if len(names) == len(missing) else ' '.join(names)} of them" if names else ""
+    pictures = [grapheme for grapheme in missing if grapheme in spared]
+    ways = [f"accept similar forms{which}"] if names or any(borrow(one, hand, 0) for one in missing) else []
+    ways += [f"leave {_pictures(pictures, missing)} out"] if pictures else []
+    return "use another hand" + (f", or --fallback to {' and '.join(ways)}" if ways else "")
+
+
 def _pictures(pictures: Sequence[str], missing: Collection[str]) -> str:
+    if len(missing) == 1:
+        return "it"
     return "them" if len(pictures) == len(missing) else " ".join(map(_name, pictures[:_MOST_NAMED]))
 
 

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from handout import atomic
-from handout.motion.pose.library import PoseLibrary, learn, to_bytes
+from handout.motion.pose.library import PoseLibrary, join_strokes, learn, to_bytes
 from handout.sources import read_drawing
 
 _MOST = 12_000  # samples of a library: about 70 kB
@@ -45,7 +45,8 @@ def shortened(library: PoseLibrary) -> PoseLibrary:
     dot = library.lengths < _LEAST
     wanted = ~dot | (np.cumsum(dot) <= _DOTS)
     wanted &= np.cumsum(library.lengths * wanted) <= _MOST
-    return library.choose_strokes(np.flatnonzero(wanted).tolist())
+    parts = [part for part, kept in zip(library.strokes(), wanted.tolist(), strict=True) if kept]
+    return join_strokes(parts, library)
 
 
 def main(arguments: list[str] | None = None) -> None:

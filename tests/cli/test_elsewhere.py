@@ -34,7 +34,7 @@ def keys():
 
 
 def test_what_stands_in_the_table_is_there(options):
-    text = " ".join([*OURS, *elsewhere._OURS.values()])
+    text = " ".join([*OURS, *elsewhere.ours().values()])
     named = set(re.findall(r"--[a-z][a-z-]+", re.sub(r"`vpype[^`]*`", "", text)))
     assert named - options == set() and len(named) > 20
     files = set(re.findall(r"\b(?:bed|limits|pen|port|hpgl)\.[a-z_]+", text))
@@ -45,8 +45,8 @@ def test_what_stands_in_the_table_is_there(options):
 
 def test_every_hint_is_of_an_option_in_the_table_and_none_is_ours(options):
     theirs = {name.replace("_", "-") for name in re.findall(r"--([a-z_-]+)", PAGE)}
-    assert elsewhere._OURS.keys() - theirs == set()
-    assert {f"--{name}" for name in elsewhere._OURS} & options <= {"--paper-size", "--model"}
+    assert elsewhere.ours().keys() - theirs == set()
+    assert {f"--{name}" for name in elsewhere.ours()} & options <= {"--paper-size", "--model"}
 
 
 @pytest.mark.parametrize(

@@ -141,7 +141,14 @@ def test_a_text_that_names_a_file_is_the_file(call):
     Path("letter.txt").write_text("two words\n", encoding="utf-8")
     out, err = call("plot", "--port", "sim:", "letter.txt", "--json")
     assert json.loads(out)["characters"] == 8 and "Reading the file letter.txt" in err
-    assert "There is no file no.txt" in call("plot", "--port", "sim:", "no.txt", code=2)[1]
+    Path("cards").mkdir()
+    for name, said in (
+        ("no.txt", "no.txt;"),
+        ("leter.tx", "leter.tx (there is letter.txt);"),
+        ("cards/ada", "cards/ada;"),
+    ):
+        assert f"There is no file {said}" in call("plot", "--port", "sim:", name, code=2)[1]
+    call("plot", "--port", "sim:", "and/or.")
 
 
 def test_nobody_can_be_asked_for_the_next_sheet(call, monkeypatch):

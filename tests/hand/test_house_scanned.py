@@ -39,7 +39,7 @@ def test_a_shipped_hand_is_whole(name):
 def test_what_is_kept_of_a_shipped_hand_is_what_this_version_works_out(name):
     path = library.scanned_file(name)
     hand = file.load(path)
-    work_out(hand)
+    work_out(hand, strokes=True)
     kept = json.loads(path.with_suffix(".learnt").read_text())["values"]
     assert kept.keys() == known_values(hand).keys(), "work it out anew: docs/contributing.md says how"
 
@@ -66,7 +66,7 @@ def test_what_is_worked_out_anew_has_another_version():
     hand = file.load(library.scanned_file("house-print-fountain"))
     lines = replace(hand, pages=hand.pages[:1], glyphs=hand.glyphs[:291])  # up to the end of a word
     found = {}
-    for key, values in work_out(lines).items():
+    for key, values in work_out(lines, strokes=True).items():
         found[key] = (len(values), float(np.linalg.norm(values)), float(values @ np.cos(np.arange(len(values)))))
     assert found.keys() == WORKED_OUT.keys(), f"put the figures of these versions into WORKED_OUT: {found}"
     for key, (count, norm, product) in WORKED_OUT.items():

@@ -5,13 +5,6 @@ from handout.motion import covariance
 from handout.values import ActionPlan
 
 
-def test_oriented_ellipses_have_their_axes_where_they_were_turned_to():
-    (ellipse,) = covariance.orient_ellipses([[3.0, 1.0]], [0.5])
-    along = np.array([np.cos(0.5), np.sin(0.5)])
-    assert np.allclose(ellipse @ along, 9 * along)
-    assert np.linalg.det(ellipse) == pytest.approx(9)
-
-
 def test_semi_tied_covariances_share_their_shape():
     basis = np.array([[2.0, 1.0], [0.0, 1.0]])
     first, second = covariance.tie_covariances(basis, [1.0, 4.0])
@@ -41,7 +34,9 @@ def test_refuses_what_is_no_covariance(wrong):
 
 
 def test_draws_have_their_covariances():
-    covariances = covariance.orient_ellipses([[3.0, 1.0], [0.5, 0.0]], [0.5, -1.0])
+    cos, sin = np.cos([0.5, -1.0]), np.sin([0.5, -1.0])
+    columns = np.array([[cos, -sin], [sin, cos]]).transpose(2, 0, 1) * np.array([[3.0, 1.0], [0.5, 0.0]])[:, None]
+    covariances = columns @ columns.transpose(0, 2, 1)  # of ellipses with those half axes, turned
     rng = np.random.default_rng(0)
     draws = np.stack([covariance.draw(covariances, rng) for _ in range(4000)])
     found = np.einsum("kmi,kmj->mij", draws, draws) / len(draws)

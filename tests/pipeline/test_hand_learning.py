@@ -10,7 +10,11 @@ from handout.errors import InputError
 from handout.hand import file, learnt, library
 from handout.hand.learnt import is_kept, recall
 from handout.hand.measures import ink_colours
-from handout.pipeline.hand_learning import learn_beside
+from handout.motion.recovery.kept_strokes import part_by_glyph
+from handout.motion.recovery.letter_forms import HANDS
+from handout.motion.recovery.stroke_order import VERSION as STROKES
+from handout.motion.recovery.stroke_order import StrokeOrderModel
+from handout.pipeline.hand_learning import learn, learn_beside
 from handout.pipeline.options import PictureOptions, SheetOptions, WritingOptions
 from handout.pipeline.texts import prepare
 from handout.pipeline.writing import write
@@ -39,6 +43,21 @@ def test_the_first_text_keeps_what_the_next_ones_take(own):
     again = library.find(str(own))
     assert is_kept(again) and recall(again, "misreadings", VERSION) is not None
     assert written[0].read_bytes() == written[1].read_bytes()
+
+
+@pytest.mark.slow
+def test_how_letters_were_written_is_worked_out_with_the_first_drawing(own):
+    learn(own)
+    drawn = [own.with_name(f"{n}.inkml") for n in (1, 2)]
+    write(TEXT, [own.with_name("ink.png")], WritingOptions(str(own), seed=1))
+    assert not own.with_suffix(".learnt").exists()
+    write(TEXT, [drawn[0]], WritingOptions(str(own), seed=1))
+    kept = file.load(own)
+    assert part_by_glyph(recall(kept, f"strokes by {', '.join(HANDS)}", STROKES), len(kept.glyphs))
+    library._load_scanned.cache_clear()
+    with patch.object(StrokeOrderModel, "_choose", side_effect=AssertionError):
+        write(TEXT, [drawn[1]], WritingOptions(str(own), seed=1))
+    assert drawn[0].read_bytes() == drawn[1].read_bytes()
 
 
 def test_a_folder_that_cannot_be_written_is_left_alone_without_a_word(own, monkeypatch):

@@ -9,7 +9,7 @@ import pytest
 
 from handout.errors import MissingCharacters
 from handout.printing.batch import BatchOptions, PrinterWay, chosen_rows, destination, make_rows
-from handout.printing.envelope import address_layout, address_text
+from handout.printing.envelope import address_layout
 from handout.printing.journal import ENVELOPE, Journal
 from handout.printing.prepared import BatchPage, prepare_row
 from handout.printing.rows import TableRow
@@ -110,7 +110,7 @@ def print_all(table, write, profile, page, *, ink=block, select="", copies=1, ag
 
     def envelope(row):
         layout = address_layout(page, len(row.lines), max(map(len, row.lines)), x_height)
-        drawing = write(address_text(row), layout, row.number)
+        drawing = write("\n".join(row.lines), layout, row.number)
         return [BatchPage(ENVELOPE, drawing, partial(ink, drawing), file=partial(drawing_file, drawing))]
 
     with destination(way, options, [page]) as place:

@@ -43,8 +43,8 @@ def test_a_key_does_not_depend_on_case_or_spacing(header):
 
 def test_no_header_means_two_things():
     seen: dict[str, str] = {}
-    for role, headers in column_names._ROLES.items():
-        for key in {column_names.normalise(header) for header in column_names._split_headers(headers)}:
+    for role, text in column_names._NAMES["roles"].items():
+        for key in set(column_names._read_names(text)):
             assert key not in seen, f"{key} is both {seen[key]} and {role}"
             seen[key] = role
     assert len(seen) > 400

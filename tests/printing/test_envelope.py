@@ -4,8 +4,7 @@ from hypothesis import strategies as st
 
 from handout.errors import InputError
 from handout.page_sizes import page
-from handout.printing.envelope import WINDOWS, address_layout, address_text, box_layout
-from handout.printing.rows import TableRow
+from handout.printing.envelope import WINDOWS, address_layout, box_layout
 from handout.values import Page
 from handout.writing.layout import ASCENT, DESCENT
 
@@ -57,10 +56,6 @@ def test_the_size_can_be_given():
     assert address_layout(page("DL"), 4, 60, x_height=2.5).x_height == 2.5
     with pytest.raises(InputError):
         address_layout(page("DL"), 4, 20, x_height=200)
-
-
-def test_the_text_is_the_lines():
-    assert address_text(TableRow(2, ("Ada", "Ulm"))) == "Ada\nUlm"
 
 
 @pytest.mark.parametrize("name", WINDOWS)

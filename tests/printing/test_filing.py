@@ -5,7 +5,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from handout.errors import InputError, TableError
-from handout.printing.address_table import read_addresses
+from handout.printing.address_table import read_addresses, read_rows
 
 
 def read(tmp_path, text, encoding="utf-8", **given):
@@ -161,6 +161,12 @@ def test_short_codes_without_a_country_are_questioned_once_where_all_are_alike(t
     found = read(tmp_path, swiss)
     assert not any(row.warnings for row in found) and found.notes[0].startswith("rows 2-6: postal code 8001 has 4")
     assert not any(row.warnings for row in read(tmp_path, "Name;Ort;Land\nA;8001 Zürich;CH\n"))
+
+
+def test_a_table_without_headings_is_told(tmp_path):
+    (tmp_path / "names.csv").write_text("Anna,Meier\nJörg,Weiß\n", encoding="utf-8")
+    found = read_rows(tmp_path / "names.csv")
+    assert len(found) == 1 and "none of which is known (Anna, Meier)" in found.notes[0]
 
 
 def test_tables_as_phones_and_office_programs_make_them(tmp_path):

@@ -106,7 +106,7 @@ def test_an_unknown_printer_is_answered_with_the_known_ones(print_system):
 
 
 def test_the_queue_of_a_profile(print_system):
-    with pytest.raises(PrinterError, match=r"no default.*envelopes, laser.*--printer QUEUE.*--dry-run"):
+    with pytest.raises(PrinterError, match=r"no default.*envelopes, laser.*--queue.*--dry-run"):
         printers.open_queue(PLAIN)
     (print_system.folder / "default").write_text("system default destination: laser\n")
     assert printers.open_queue(PLAIN).name == "laser"

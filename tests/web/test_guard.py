@@ -131,6 +131,8 @@ def test_an_upload_gets_a_name_of_the_server_s(visitor):
     assert odd.status_code == 200 and kept.path.name == "x.tif"
     for name in ("page.exe", "", "png", "page.svg"):
         assert visitor.post(f"/api/uploads?name={name}", headers=visitor.key, content=b"x").status_code == 422
+    answer = visitor.post("/api/uploads?name=guests.numbers", headers=visitor.key, content=b"x")
+    assert answer.json()["error"].endswith("save the table as Excel (.xlsx) or CSV.")
 
 
 def test_bodies_are_bounded_however_they_come(visitor):

@@ -43,7 +43,12 @@ def test_all_missing_characters_are_listed_with_their_places():
     message = str(caught.value)
     assert "'ժ' (line 1, character 5; line 2, character 7)" in message
     assert "'դ' (line 2, character 1)" in message
-    assert "--fallback" in message
+    assert message.endswith(": use another hand.")  # nothing is like them, so that --fallback would not help
+
+
+def test_writing_from_right_to_left_is_refused_as_such():
+    with pytest.raises(MissingCharacters, match="handout writes from left to right alone"):
+        spell(normalise("abc שלום"), HAND)
 
 
 def test_fallback_borrows_and_still_refuses_another_script():

@@ -53,12 +53,9 @@ class Model:
 def fit(patches: Patches, method: str = "forward") -> Model:
     """A model of a printed and scanned chart.
 
-    Parameters
-    ----------
-    method : str
-        ``forward``: a smooth spline device → scanned, inverted numerically; the most accurate.
-        ``tps``: thin-plate splines scanned → device, smoothed by the measured noise.
-        ``tps-haines2016``: the paper's exact thin-plate splines scanned → device; noise goes into them as it is.
+    method : ``forward``: a smooth spline device → scanned, inverted numerically; the most accurate. ``tps``: thin-plate
+        splines scanned → device, smoothed by the measured noise. ``tps-haines2016``: the paper's exact thin-plate
+        splines scanned → device; noise goes into them as it is.
 
     Raises InputError: an unknown method; a model that misses its own patches by more than ΔE00 3 on average.
 

@@ -139,10 +139,7 @@ _FAR, _HARMLESS = 6.0, 1.5 / 255  # medians; scanned: a patch farther off than b
 
 @dataclass(frozen=True, eq=False)
 class Forward:
-    """device RGB → scanned RGB.
-
-    grid : (33, 33, 33, 3) float: scanned RGB at device RGB (i, j, k) / 32.
-    """
+    """device RGB → scanned RGB; grid : (33, 33, 33, 3) float: scanned RGB at device RGB (i, j, k) / 32."""
 
     grid: Array
 

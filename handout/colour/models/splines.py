@@ -134,8 +134,6 @@ def exact(centres: Array, values: Array, kernel: str = "r2 log r") -> Spline:
 def smooth(centres: Array, values: Array, variances: Array, kernels: Sequence[str], degree: int) -> Spline:
     """The spline that is most likely, given how uncertain the values are.
 
-    Parameters
-    ----------
     centres : (m, 3) float, different from each other.
     values : (m, k) float.
     variances : (m,) float > 0, of the values' errors, as measured.  If the values scatter more than these say, all are

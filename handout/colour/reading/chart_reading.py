@@ -105,12 +105,10 @@ def read_scans(
 ) -> ChartReading:
     """Read scans of a chart: one or several of each of its pages, at any angle, of any resolution from 50 to 1200 dpi.
 
-    Parameters
-    ----------
     scans : files (TIFF, PNG, JPEG), or pictures in memory; all pages of a file count.
     chart : the one that was printed; None: the marks say which.
-    paper : (3,) float 0–1, optional
-        The paper in the scan of the handwriting, as its scanner shows it: tells whether the settings are the same.
+    paper : (3,) float 0–1, optional: the paper in the scan of the handwriting, as its scanner shows it: tells whether
+        the settings are the same.
 
     Returns a reading, also of bad scans, with what could be read of them; `usable` is False then, and `findings` say
     why.
@@ -160,7 +158,7 @@ def _sheet_reading(scan: ChartScan, placement: ChartPlacement) -> SheetReading:
     shading = shading_of(sampled.values, page.device, middles, sampled.inside)
     values = sampled.values / shading.factors_at(middles)
     sheet = print_checks.ReadPage(scan, placement, sampled, values, shading)
-    findings = [*picture_checks.check_picture(sheet), *print_checks.check_page(sheet)]
+    findings = [*picture_checks.check_picture(sheet), *print_checks.check_tones(sheet)]
     bad = ~sampled.inside
     # a grey scan, or one of a few patches, has no colours to compare others with
     if sampled.inside.sum() > 200 and not any(finding.code == "grey" for finding in (*scan.findings, *findings)):

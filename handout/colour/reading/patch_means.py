@@ -48,8 +48,6 @@ class Sampled:
 def sample(pixels: NDArray[Any], placement: ChartPlacement) -> Sampled:
     """Look at every patch.
 
-    Parameters
-    ----------
     pixels : (h, w, 3) uint8 or uint16
     placement : where the page lies in them.
     """
@@ -126,8 +124,6 @@ class Shading:
 def shading_of(values: Array, device: Array, mm: Array, usable: NDArray[np.bool_]) -> Shading:
     """The shading of a page.
 
-    Parameters
-    ----------
     values : (n, 3): what was read of the patches, 0–1.
     device : (n, 3): what was printed.
     mm : (n, 2): middles of the patches.

@@ -56,8 +56,6 @@ def scribble_of(
 ) -> Scribble | None:
     """What was written in the field of a scanned page; None if there is no field, or too little in it.
 
-    Parameters
-    ----------
     scan, placement : the page, and where it lies.
     paper : (3,) scanned RGB of its bare patches, 0–1, free of shading.
     shading : what the light loses over the page.
@@ -127,10 +125,7 @@ def file_beside(patches: Path) -> Path:
 
 
 def save(scribble: Scribble, path: Path) -> None:
-    """Write one to a file; the same one gives the same bytes.
-
-    Raises InputError: it cannot be written.
-    """
+    """Write one to a file; the same one gives the same bytes. Raises InputError: it cannot be written."""
     out = io.BytesIO()
     pixels = np.rint(np.clip(scribble.picture, 0, 1) * _FULL).astype(np.uint16)
     np.savez_compressed(out, picture=pixels, paper=scribble.paper, dpi=np.float64(scribble.dpi),
@@ -139,10 +134,7 @@ def save(scribble: Scribble, path: Path) -> None:
 
 
 def load(path: Path) -> Scribble:
-    """What `save` wrote.
-
-    Raises InputError: it cannot be read.
-    """
+    """What `save` wrote. Raises InputError: it cannot be read."""
     try:
         with np.load(path, allow_pickle=False) as arrays:
             picture: Any = arrays["picture"]

@@ -1,13 +1,12 @@
 """Checks of a scan as a picture: where the page lies in it, its size, its file format, its tones.
 
-Add a check: a function of a `SampledPage` that gives findings, and its name in `CHECKS` at the end of the file.  Faults
-of the print, which show in the patches, are checked in `print_checks`; the amount of ink in
-`calibrating.print_diagnosis`.
+Add a check: a function of a `SampledPage` that gives findings, called in `check_picture`.  Faults of the print, which
+show in the patches, are checked in `print_checks`; the amount of ink in `calibrating.print_diagnosis`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,7 +16,7 @@ from handout import units
 from handout.colour.chart import MARKS, ChartPage
 from handout.colour.reading.patch_means import Sampled
 from handout.colour.reading.registration import ChartPlacement
-from handout.colour.reading.scan_files import GREY, ChartScan, ScanFinding, Severity, list_names
+from handout.colour.reading.scan_files import GREY, MOST_NAMED, ChartScan, ScanFinding, Severity
 
 LEAST_PIXELS = 10.0  # a patch's side
 
@@ -153,8 +152,8 @@ def of_marks(scanned: SampledPage) -> list[ScanFinding]:
     if len(missing):
         sentence = (
             f"The {_cut_edges(page, sampled.inside)} of the chart is cut off, and with it {len(missing)} of "
-            f"{units.count(len(names), 'patch', 'patches')} ({list_names(missing)}): lay the page so that all of it is "
-            "scanned."
+            f"{units.count(len(names), 'patch', 'patches')} ({units.listed(missing, MOST_NAMED)}): lay the page so "
+            "that all of it is scanned."
         )
         findings.append(ScanFinding("cropped", "refuse", sentence, source, tuple(missing.tolist())))
     height, width = scan.pixels.shape[:2]
@@ -243,9 +242,6 @@ def _holes(pixels: NDArray[np.uint8]) -> float:
     return float((inner < 0.01 * around).mean())
 
 
-CHECKS: tuple[Callable[[SampledPage], list[ScanFinding]], ...] = (of_place, of_marks, of_pixels)
-
-
 def check_picture(scanned: SampledPage) -> list[ScanFinding]:
     """All findings about a scan as a picture."""
-    return [finding for check in CHECKS for finding in check(scanned)]
+    return [*of_place(scanned), *of_marks(scanned), *of_pixels(scanned)]

@@ -1,23 +1,22 @@
 """What is wrong with the print of a chart: lost tones, spoilt patches, a printer that prints badly or interferes.
 
-Add a check of one page: a function of `ReadPage` that gives findings, and its name in `PAGE_CHECKS`.  Add a check of
-the printer, in all colours that were read: a function of device colours (n, 3), what was read of them (n, 3) and its
-standard error (n,), and its name in `PRINTER_CHECKS`.  Both lists are at the end of the file.
+Add a check of the tones of one page in `check_tones`.  Add a check of the printer, in all colours that were read: a
+function of device colours (n, 3), what was read of them (n, 3) and its standard error (n,), called in `check_printer`.
 """
 
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from handout import units
 from handout.colour.reading.patch_means import BLOCKS, Shading
 from handout.colour.reading.picture_checks import SampledPage
-from handout.colour.reading.scan_files import ScanFinding, list_names
+from handout.colour.reading.scan_files import MOST_NAMED, ScanFinding
 from handout.values import Array
 
 
@@ -148,11 +147,13 @@ def spoilt_patches(sheet: ReadPage, ideal: Array, grainy: bool = False) -> tuple
     bad = inside & (far | (dusty & (odd > 2 * BOUNDS.odd)))
     if bad.sum() > BOUNDS.many * len(inside):
         what = "there is glare, or something" if bright[bad].mean() > 0.8 else "something"
+        names = _names(sheet, bad)
         sentence = (
-            f"{bad.sum()} of {len(inside)} patches look unlike their colour ({list_names(_names(sheet, bad))}): {what} "
-            "covers part of the chart, or it is another print. Clean the glass, lay the page flat and scan it again."
+            f"{bad.sum()} of {len(inside)} patches look unlike their colour ({units.listed(names, MOST_NAMED)}): "
+            f"{what} covers part of the chart, or it is another print. Clean the glass, lay the page flat and scan it "
+            "again."
         )
-        return bad, [ScanFinding("blemish", "refuse", sentence, sheet.source, _names(sheet, bad))]
+        return bad, [ScanFinding("blemish", "refuse", sentence, sheet.source, names)]
     return bad, _blemishes(sheet, bad, dusty, bright)
 
 
@@ -210,7 +211,7 @@ def _blemishes(
             names = _names(sheet, mask)
             noun = "patch" if len(names) == 1 else "patches"
             sentence = (
-                f"There is {what} on {noun} {list_names(names)}; {done}. Clean the glass "
+                f"There is {what} on {noun} {units.listed(names, MOST_NAMED)}; {done}. Clean the glass "
                 "and the page, lay it flat, and scan it again."
             )
             findings.append(ScanFinding("blemish", "warn", sentence, sheet.source, names))
@@ -386,19 +387,7 @@ def _check_twins(device: Array, scanned: Array, _: Array) -> list[ScanFinding]:
     return [ScanFinding("identical", severity, sentence)]
 
 
-PAGE_CHECKS: tuple[Callable[[ReadPage], list[ScanFinding]], ...] = (check_tones,)
-PRINTER_CHECKS: tuple[Callable[[Array, Array, Array], list[ScanFinding]], ...] = (
-    _check_rank,
-    _check_ramps,
-    _check_twins,
-)
-
-
-def check_page(sheet: ReadPage) -> list[ScanFinding]:
-    """All findings about the print on one page, but for stripes and spoilt patches."""
-    return [finding for check in PAGE_CHECKS for finding in check(sheet)]
-
-
 def check_printer(device: Array, scanned: Array, deviation: Array) -> list[ScanFinding]:
     """All findings about the printer, from all colours: device (n, 3), read (n, 3) and its standard error (n,)."""
-    return [finding for check in PRINTER_CHECKS for finding in check(device, scanned, deviation)]
+    checks = _check_rank, _check_ramps, _check_twins
+    return [finding for check in checks for finding in check(device, scanned, deviation)]

@@ -78,8 +78,6 @@ def place(
 ) -> ChartPlacement:
     """Find a page of the chart in a scan.
 
-    Parameters
-    ----------
     chart : the one that it must be a page of; None: any that is known.
     page_of : the page that has a mark of a number, for pages that are laid out as the chart's are.
 

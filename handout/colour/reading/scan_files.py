@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
@@ -15,7 +15,7 @@ from handout import tiff
 from handout.errors import InputError
 from handout.summary import one_line
 
-_SHOWN = 8  # patches that a sentence names
+MOST_NAMED = 8  # patches that a sentence names
 
 Severity = Literal["refuse", "warn"]
 
@@ -43,13 +43,6 @@ class ScanFinding:
     def facts(self) -> dict[str, str]:
         """What ``--json`` prints of it."""
         return {"code": self.code, "severity": self.severity, "sentence": str(self)}
-
-
-def list_names(names: Iterable[str]) -> str:
-    """List names of patches for a sentence: the first few, and how many more."""
-    every = list(names)
-    more = f" and {len(every) - _SHOWN} more" if len(every) > _SHOWN else ""
-    return ", ".join(every[:_SHOWN]) + more
 
 
 class ScanRefused(InputError):

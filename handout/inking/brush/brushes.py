@@ -84,8 +84,6 @@ def learn(
 ) -> tuple[Brush, tuple[str, ...]]:
     """A brush of the strokes in some photographs, and sentences on what of them was left out.
 
-    Parameters
-    ----------
     photographs : pictures of one stroke each, or of several.
     width : mm, usual for the brush's line, 0.1 to 50.
     rows : of pixels across a ribbon, at most.
@@ -121,10 +119,7 @@ def to_bytes(brush: Brush) -> bytes:
 
 
 def load(path: Path) -> Brush:
-    """The brush of a file.
-
-    Raises InputError: not a .brush file, or one that is damaged or made by a newer program.
-    """
+    """The brush of a file. Raises InputError: not a .brush file, or one that is damaged or made by a newer program."""
     with Archive(path) as archive:
         if "brush.json" not in archive:
             raise InputError(f"{path} is not a brush; handout brush learn makes one of photographs of strokes.")
@@ -147,10 +142,7 @@ def load(path: Path) -> Brush:
 
 
 def find(name: str) -> Brush:
-    """The brush of that name, or of that file.
-
-    Raises InputError: there is none, or as `load`.
-    """
+    """The brush of that name, or of that file. Raises InputError: there is none, or as `load`."""
     path = Path(name) if name.endswith(BRUSH_FILE) else brushes().get(name, Path(name))
     if not path.is_file():
         known = ", ".join(brushes())

@@ -80,10 +80,7 @@ class Sized:
         return np.flatnonzero((np.diff(place) != 1) | (np.diff(ribbon) != 0)) + 1
 
     def quilt_segments(self, row: Indices) -> _Pixels:
-        """(rows, m · columns, 4): the segments with cuts between them that are seen least.
-
-        Source: seed 004, §3.4.
-        """
+        """(rows, m · columns, 4): the segments with cuts between them that are seen least. Source: seed 004, §3.4."""
         step, library = self.columns, self.library
         whole = self.hard(row)
         joints = self.joints(row).tolist()
@@ -129,8 +126,6 @@ def lay(canvas: NDArray[np.uint8], ribbon: _Pixels, line: Array, half: Array) ->
 
     Where the line turns sharply the one part ends and the next begins round, each over the other's end.
 
-    Parameters
-    ----------
     canvas : (h, w, 4) uint8, premultiplied.
     ribbon : (rows, columns, 4) float32, premultiplied.
     line : (m + 1, 2) float, pixels: places along the line that the columns are spread over evenly.

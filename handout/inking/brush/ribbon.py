@@ -114,9 +114,7 @@ def straighten_stroke(found: PhotographedStroke, most_rows: int = _MOST_ROWS) ->
 
     most_rows : of the ribbon; no more than the picture has pixels.
 
-    Returns
-    -------
-    The ribbon; (n, 2) float, pixels: its spine from head to tail; half the stroke's width, pixels.
+    Returns the ribbon; (n, 2) float, pixels: its spine from head to tail; half the stroke's width, pixels.
     """
     spine, half = _centre_spine(found)
     rows = int(np.clip(round(2 * SPAN * half), 2 * ROWS, most_rows))

@@ -222,10 +222,7 @@ class Library:
         return Target(bend, np.interp(at, middle, guide.cover), np.interp(at, middle, guide.streaks))
 
     def costs(self, target: Target) -> Array:
-        """(m, n): cost of each segment in each place.
-
-        Source: seed 004, eq. 8 and 9.
-        """
+        """(m, n): cost of each segment in each place. Source: seed 004, eq. 8 and 9."""
         m = len(target.bend)
         length = np.array([len(each) for each in self.ribbons])[self.ribbon]
         at = np.arange(m)[:, None]

@@ -96,8 +96,6 @@ class DynamicsModel:
     ) -> MovementSequence:
         """The same targets with dynamics by chance.
 
-        Parameters
-        ----------
         temperature : above 0; see `mixture.draw`.
         state : what the network remembers; None: nothing.
         """

@@ -107,8 +107,6 @@ def _rows(values: Array) -> tuple[Array, Array]:
 def draw(raw: list[float], temperature: float, chance: float, normals: tuple[float, float]) -> tuple[float, float]:
     """A value by chance: shares to the power 1 / temperature, standard deviations times its root.
 
-    Parameters
-    ----------
     raw : the 6 K numbers of one step.
     temperature : above 0; 1 is the distribution as it was learned, at small ones the likeliest Gaussian's mean.
     chance : in 0–1, which of the Gaussians; normals : two standard normal numbers, where in it.

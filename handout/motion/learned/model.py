@@ -102,8 +102,6 @@ def learn(
 ) -> LearnedModel:
     """Learn the manner of some drawings.
 
-    Parameters
-    ----------
     examples : by the name of the manner, drawings in it; with one name each drawing may become a primer, with several
         the first of each does.
 
@@ -166,10 +164,7 @@ def _shorten_primer(sequence: MovementSequence) -> MovementSequence:
 
 
 def primer_of(drawing: Drawing) -> MovementSequence:
-    """An example that primes.
-
-    Raises InputError: no stroke of it moves.
-    """
+    """An example that primes. Raises InputError: no stroke of it moves."""
     sequence = sequences.of_plans(taken_apart(drawing, letter_height(drawing))) if drawing.strokes else None
     if sequence is None or not (~sequence.up).any():
         raise InputError("There is no movement in it that could prime a style.")

@@ -86,10 +86,7 @@ def usual_way(targets: Array, up: Bools) -> float:
 
 
 def of_plans(plans: Sequence[LognormalPlan]) -> MovementSequence:
-    """The sequence of some plans, one after the other.
-
-    Raises ValueError: no plans.
-    """
+    """The sequence of some plans, one after the other. Raises ValueError: no plans."""
     if not plans:
         raise ValueError("a sequence needs at least one plan")
     targets = np.concatenate([plan.targets for plan in plans])
@@ -133,17 +130,13 @@ def history(inputs: Inputs) -> tuple[int, int] | None:
 def features(targets: Array, up: Array, there: Array, inputs: Inputs, unit: Array) -> Array:
     """What a network is told of ways, but for the dynamics of the way before, whose columns are 0.
 
-    Parameters
-    ----------
     targets : (…, n + 3, 2): from the target before the first way to the one after the next way of the last.
     up, there : (…, n + 2): which of the ways between them are in the air, and which there are.
     unit : (…,) of length.
 
-    Returns
-    -------
-    (…, n, columns) float: of "ahead" cosine and sine of the turn from the way before, logarithm of the length, whether
-    in the air, Δt and θ of the way before, and of the next way the turn, the length, whether it is in the air or
-    nothing; of "local" the first six; of "berio_2017" the way along x and y, whether in the air, Δt, θ.
+    Returns (…, n, columns) float: of "ahead" cosine and sine of the turn from the way before, logarithm of the length,
+    whether in the air, Δt and θ of the way before, and of the next way the turn, the length, whether it is in the air
+    or nothing; of "local" the first six; of "berio_2017" the way along x and y, whether in the air, Δt, θ.
     """
     way = np.diff(targets, axis=-2) / unit[..., None, None]
     if inputs in ("berio_2017", "berio_2017_no_history"):

@@ -70,8 +70,6 @@ class StructureModel:
     ) -> MovementSequence:
         """New virtual targets, without dynamics, in usual ways, y down.
 
-        Parameters
-        ----------
         temperature : above 0; see `mixture.draw`; of lifts and the end, too.
         example : whose structure primes what is invented.
         least : ways; the end is not taken before.

@@ -33,10 +33,9 @@ _NEAREST = 2.0  # samples: outer edge of the innermost ring
 def resample_path(xy: Array, unit: float) -> tuple[Array, Array]:
     """A path (m, 2), mm, evenly sampled along its length.
 
-    Returns
-    -------
-    points : (n, 2) float, hand units of `unit` mm, about one apart; one point where the path is shorter than half that.
-    at : (n,) float: which sample of the path each is, between its whole numbers.
+    Returns points : (n, 2) float, hand units of `unit` mm, about one apart; one point where the path is shorter than
+        half that.
+        at : (n,) float: which sample of the path each is, between its whole numbers.
     """
     scaled = xy / unit
     step = np.hypot(*np.diff(scaled, axis=0).T)

@@ -104,11 +104,6 @@ class PoseLibrary:
         parts = [slice(a, a + m) for a, m in zip(self.first_samples.tolist(), self.lengths.tolist(), strict=True)]
         return [(self.xy[p], {name: values[p] for name, values in self.channels.items()}) for p in parts]
 
-    def choose_strokes(self, strokes: Sequence[int]) -> PoseLibrary:
-        """The library of some of its strokes, by their numbers."""
-        parts = self.strokes()
-        return join_strokes([parts[number] for number in strokes], self)
-
 
 def join_strokes(parts: Sequence[tuple[Array, Mapping[str, Array]]], like: PoseLibrary) -> PoseLibrary:
     """A library of strokes, with the unit, the title and the notices of another."""
@@ -264,10 +259,7 @@ def _differences(values: Array) -> NDArray[np.int32]:
 
 
 def load(path: Path, data: bytes | None = None) -> PoseLibrary:
-    """Read a ``.pose`` file.
-
-    Raises InputError: it cannot be read, is damaged, or is of a later version.
-    """
+    """Read a ``.pose`` file. Raises InputError: it cannot be read, is damaged, or is of a later version."""
     with archive.Archive(path, data) as file:
         head = file.json("pose.json", LibraryHead)
         archive.check_version(path, (head.format, head.version), (_FORMAT, _VERSION))

@@ -44,8 +44,6 @@ def pose_drawing(
     What strokes knew of their pose and of their width is replaced; what the library does not know they do not have.  A
     flat nib keeps its edge, unless the stroke is drawn anew.
 
-    Parameters
-    ----------
     method : one of `POSE_METHODS`.
     passes : 0: the strokes stay where they are.  1: they are drawn as the library's writer draws, and held as the
         strokes that were drawn suggest.  2: they are held as they are drawn now.

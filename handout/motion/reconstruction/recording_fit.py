@@ -50,8 +50,6 @@ class SampledMovement:
 def prepare_recording(t: Array, xy: Array) -> SampledMovement:
     """Sample a recorded movement evenly and smooth it a little.
 
-    Parameters
-    ----------
     t : (n,) float, s, increasing; xy : (n, 2) float, mm.
 
     Raises ValueError: it lasts less than three samples, or does not move.
@@ -75,8 +73,6 @@ def prepare_recording(t: Array, xy: Array) -> SampledMovement:
 def from_recording(t: Array, xy: Array) -> LognormalPlan:
     """Fit a plan to a recorded movement.
 
-    Parameters
-    ----------
     t : (n,) float, s, increasing; xy : (n, 2) float, mm.
     """
     recording = prepare_recording(np.asarray(t, dtype=np.float64), np.asarray(xy, dtype=np.float64))

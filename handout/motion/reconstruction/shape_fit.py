@@ -41,10 +41,7 @@ _ENOUGH = 4e-3  # of the extent: a smaller improvement ends the refinement
 def from_shape(xy: Array, *, steady: bool = False, unit: float = np.inf) -> LognormalPlan:
     """Fit a plan whose path has the shape of a trace; its times are those of unhurried writing.
 
-    Parameters
-    ----------
-    xy : (n, 2) float, mm
-        At least two different points.
+    xy : (n, 2) float, mm: at least two different points.
     steady : all strokes last equally long and are equally skewed, and bends and overlaps stay near what the key points
         suggest: alike traces get alike plans, which can be learned, at some 5 dB less.
     unit : mm: a longer trace is followed as closely as one of this extent, so that words are as their letters are.

@@ -45,15 +45,10 @@ _LEAST_TURN = 0.35  # of an even share of the circle between neighbouring target
 def tag(letters: int, style: Style, page: Page, rng: np.random.Generator, built: Style | None = None) -> Drawing:
     """A tag of some glyphs in a style, in the middle of a page.
 
-    Parameters
-    ----------
     letters : int, 1 to 60.
-    style : Style
-        With a ligature's `reach` above 0 the glyphs are joined; otherwise each is a stroke of its own.
-    page : Page
-    rng : numpy.random.Generator
-    built : a learned style that invents the targets of the whole tag; None, or one without a structure: targets
-        thrown at random.
+    style : with a ligature's `reach` above 0 the glyphs are joined; otherwise each is a stroke of its own.
+    built : a learned style that invents the targets of the whole tag; None, or one without a structure: targets thrown
+        at random.
 
     Raises InputError: a number of letters outside 1 to 60, or a structure for a style of rules.
     """

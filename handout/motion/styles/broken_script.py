@@ -23,8 +23,6 @@ _LEVEL = 0.4  # sine of the slope below which such a stroke is a crossbar, which
 def break_path(path: Array, bends: Indices, directions: Array, least: float) -> Array:
     """Corners (m, 2) of the broken path.
 
-    Parameters
-    ----------
     path : (n, 2) float, mm, evenly sampled.
     bends : indices of its corners, which the broken path has too.
     directions : (k, 2) float: unit vectors; a stroke may run either way along each.
@@ -115,8 +113,6 @@ def _directions(progress: Array, least: float) -> Indices:
 def add_feet(corners: Array, foot: float, direction: Array) -> Array:
     """Add a slanting foot to a broken path where it begins or ends with an upright.
 
-    Parameters
-    ----------
     foot : mm, length of the step; the upright is shortened by as much as the step is high.
     direction : (2,) unit vector of the step, downwards on the page.
     """

@@ -15,9 +15,7 @@ from handout.peaks import peaks
 from handout.values import Array
 
 MEASURES = ("loops", "turning", "sided", "corners", "tops", "feet", "joins", "lean", "rhythm")
-BUILT = np.isin(
-    MEASURES, ("joins", "lean", "rhythm")
-)  # which of them are of where targets lie, not how they are reached
+BUILT = np.isin(MEASURES, ("joins", "lean", "rhythm"))  # those of where targets lie, not of how they are reached
 # standard deviation of each among 40 words of house-joined; the widths' and the lean's are that of house-print
 SPREADS = np.array([0.1, 0.73, 0.24, 0.13, 0.1, 0.1, 0.16, 0.08, 0.13])
 _STEP = 0.06  # heights between the samples of a path
@@ -34,17 +32,13 @@ _FEWEST = 4  # ways up and down that have a rhythm
 def measure_manner(strokes: Sequence[Array], height: float) -> Array:
     """What can be seen of the manner of some strokes.
 
-    Parameters
-    ----------
     strokes : (n, 2) float each, mm, y down, in the order of writing.
     height : mm, of a letter.
 
-    Returns
-    -------
-    (9,) float, in the order of `MEASURES`: loops in a height of the path; its turning, rad a height; how much more of
-    that is to the right than to the left, −1 to 1; share of it at corners; widths of upper and of lower turns a tenth
-    of a height from them (how far the pen swings over), heights; strokes in a height of the path; tangent of the lean
-    to the right of what goes down; standard deviation of the logarithm of the ways up and down.
+    Returns (9,) float, in the order of `MEASURES`: loops in a height of the path; its turning, rad a height; how much
+    more of that is to the right than to the left, −1 to 1; share of it at corners; widths of upper and of lower turns a
+    tenth of a height from them (how far the pen swings over), heights; strokes in a height of the path; tangent of the
+    lean to the right of what goes down; standard deviation of the logarithm of the ways up and down.
     """
     loops, turned, right, sharp, long, movements = 0, 0.0, 0.0, 0.0, 0.0, 0
     widths: tuple[list[float], list[float]] = ([], [])
@@ -69,11 +63,12 @@ def measure_manner(strokes: Sequence[Array], height: float) -> Array:
         for side, found in zip((-1, 1), widths, strict=True):
             at = peaks(side * even[:, 1], prominence=_UPPER, apart=1)
             ends += at.tolist()
-            for k in at.tolist():
-                off = side * (even[k, 1] - even[:, 1]) >= _WIDE
-                before, after = np.flatnonzero(off[:k]), np.flatnonzero(off[k:])
-                if len(before) and len(after):
-                    found.append(abs(float(even[k + after[0], 0] - even[before[-1], 0])))
+            off = side * (even[at, 1, None] - even[:, 1]) >= _WIDE
+            behind = np.arange(len(even)) >= at[:, None]
+            before, after = (off & ~behind)[:, ::-1], off & behind
+            both = before.any(axis=1) & after.any(axis=1)
+            left, right_of = len(even) - 1 - before[both].argmax(axis=1), after[both].argmax(axis=1)
+            found += np.abs(even[right_of, 0] - even[left, 0]).tolist()
         ways += (_STEP * np.diff(sorted(ends))).tolist()
     long, some = max(long, _STEP), max(turned, _STEP)
     tops, feet = (float(np.mean(found)) if found else _NO_TURN for found in widths)
@@ -87,25 +82,23 @@ def measure_manner(strokes: Sequence[Array], height: float) -> Array:
 def _count_loops(path: Array) -> int:
     """Loops of a path (n, 2) of even steps, one after the other: it crosses itself around more than a sliver."""
     n = len(path) - 1
-    if n < 4:
-        return 0
     z = path @ np.array([1.0, 1j])
 
     def side(p: Array, q: Array, r: Array) -> Array:
         return ((q - p).conj() * (r - p)).imag
 
-    first = np.arange(n)[:, None]
-    later = np.minimum(first + np.arange(2, _REACH), n - 1)
-    a, b = z[first], z[first + 1]
-    begin, way = np.nonzero((side(a, b, z[later]) * side(a, b, z[later + 1]) < 0) & (later > first + 1))
-    after = later[begin, way]
+    ahead = np.minimum(np.arange(n)[:, None] + np.arange(2, _REACH + 1), n)
+    away_x, away_y = (column[ahead] - column[:n, None] for column in path.T)
+    of = np.diff(path[:, 0])[:, None] * away_y - np.diff(path[:, 1])[:, None] * away_x
+    begin, way = np.nonzero(of[:, :-1] * of[:, 1:] < 0)
+    after = begin + way + 2
     a, b, c, d = z[begin], z[begin + 1], z[after], z[after + 1]
     swept = np.concatenate([[0.0], np.cumsum((z[:-1].conj() * z[1:]).imag)])
     area = 0.5 * np.abs(swept[after] - swept[begin + 1] + (c.conj() * b).imag)
     looped = (side(c, d, a) * side(c, d, b) < 0) & (area > _LEAST_LOOP)
     count, done = 0, -1
-    begin, way = begin[looped], way[looped]
-    for start, end in sorted(zip(begin.tolist(), (begin + way + 2).tolist(), strict=True), key=lambda pair: pair[1]):
+    pairs = zip(begin[looped].tolist(), after[looped].tolist(), strict=True)
+    for start, end in sorted(pairs, key=lambda pair: pair[1]):
         if start >= done:
             count, done = count + 1, end
     return count

@@ -45,20 +45,15 @@ def move(
 ) -> tuple[Array, Array]:
     """The movement of a style near some points.
 
-    Parameters
-    ----------
     points : (m, 2) float, mm: where the curve would pass, one an interval.
     corner : (m,) bool: where the letter has one.
-    style : Style
     height : mm, of a letter.
     rng : of the sizes of the targets, and of motor noise.
     guide : instead of the style's own.
     spreads : (m, 2, 2), covariances of the points instead of the style's own; only their relative sizes matter.
 
-    Returns
-    -------
-    t : (n,) float, s, from 0.
-    xy : (n, 2) float, mm.
+    Returns t : (n,) float, s, from 0.
+        xy : (n, 2) float, mm.
     """
     if len(points) == 1:
         return np.array([0.0, style.movement.interval]), np.repeat(points, 2, axis=0)

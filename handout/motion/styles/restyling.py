@@ -64,19 +64,11 @@ def restyle(
 ) -> Drawing:
     """The drawing, its strokes in a handstyle, with the times of the new movements.
 
-    Parameters
-    ----------
-    drawing : Drawing
-    style : Style
-    rng : numpy.random.Generator
     height : mm of a letter, by which the style's lengths are measured; default: as `targets.letter_height` finds it.
     reading : who reads the word of a number, None where nobody can: of strokes (n, 2), mm; each letter then has as much
         of a learned style as leaves it legible.
 
-    Raises
-    ------
-    InputError
-        No strokes.
+    Raises InputError: no strokes.
     """
     if not drawing.strokes:
         raise InputError("There is no stroke to restyle.")
@@ -347,15 +339,11 @@ def _joins(a: TargetSequence, b: TargetSequence, reach: float) -> bool:
 def join_targets(parts: Sequence[Array], turn: float) -> tuple[Array, NDArray[np.bool_]]:
     """Targets of strokes as one sequence; near a join, those on a nearly straight way are left out.
 
-    Parameters
-    ----------
     parts : of (m, 2) float arrays
     turn : rad: a target beside a join goes where the angle that it forms with its neighbours is larger.
 
-    Returns
-    -------
-    points : (n, 2) float
-    remaining : bool, for each of the targets of all parts: which of them these are.
+    Returns points : (n, 2) float
+        remaining : bool, for each of the targets of all parts: which of them these are.
     """
     points = np.concatenate(parts)
     remaining = np.ones(len(points), dtype=bool)

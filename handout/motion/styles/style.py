@@ -199,10 +199,7 @@ def read_style(path: Path) -> Style:
 
 
 def of_table(values: dict[str, Any], path: Path) -> Style:
-    """The style of the tables of a file.
-
-    Raises InputError: as `read_style`.
-    """
+    """The style of the tables of a file. Raises InputError: as `read_style`."""
     for name in ("name", "model"):
         if name in values:
             raise InputError(f"{path}: {name} cannot be set; a style is called as its file is.")
@@ -221,10 +218,7 @@ def _check_file(style: Style, path: Path) -> Style:
 
 
 def check_style(style: Style) -> Style:
-    """The style, if all its numbers are within their bounds.
-
-    Raises ValueError: one is not.
-    """
+    """The style, if all its numbers are within their bounds. Raises ValueError: one is not."""
     tables.check_bounds(style, BOUNDS)
     if style.model is not None:
         rules = [name for name in _RULES if getattr(style, name) != getattr(_PLAIN, name)]
@@ -264,10 +258,7 @@ def find(name: str) -> Style:
 
 
 def path(name: str) -> Path:
-    """The file of a style that `find` finds.
-
-    Raises InputError: unknown; the message lists the nearest.
-    """
+    """The file of a style that `find` finds. Raises InputError: unknown; the message lists the nearest."""
     if name.endswith((".toml", ".style")):
         return Path(name)
     styles = _files()

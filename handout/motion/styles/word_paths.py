@@ -106,9 +106,11 @@ class WrittenWord:
         for k in range(len(paths)):
             for at, side in reversed(find_turns(paths[k], self.height)):
                 made = shape_turn(paths[k], at, side, self.wanted, self.height)
-                changed = [*paths[:k], paths[k] if made is None else made, *paths[k + 1 :]]
-                if (now := self._distance(changed)) < off and (
-                    self.reads is None or (self.reads(changed).nats <= easy).all()
+                changed = paths if made is None else [*paths[:k], made, *paths[k + 1 :]]
+                if (
+                    changed is not paths
+                    and (now := self._distance(changed)) < off
+                    and (self.reads is None or (self.reads(changed).nats <= easy).all())
                 ):
                     paths, off = changed, now
         return paths

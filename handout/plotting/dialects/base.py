@@ -25,13 +25,9 @@ RESTARTED = "The plotter restarted by itself and no longer knows where it is: ch
 class Conversation(ABC, Generic[Reply]):
     """A port with a controller behind it that talks in lines.
 
-    Parameters
-    ----------
     reply : what a line from the controller means.
     timeout : s of silence before it is given up.
 
-    Attributes
-    ----------
     patience : s that it may stand on hold, or wait for a person.
     """
 

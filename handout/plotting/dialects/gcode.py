@@ -64,8 +64,6 @@ class Program(ABC):
 
     What a controller remembers is not repeated: an axis that does not change, the feed, the pen.
 
-    Attributes
-    ----------
     standing : answered when all motion is done; modes : how numbers are meant, repeated after lines of the user's own
     words : what the controller remembers of the moves before, by letter.
     """

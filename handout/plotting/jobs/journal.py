@@ -124,8 +124,6 @@ def disk() -> Executor:
 class PlotJournal:
     """The journal of a job, locked against other programs while it is open.
 
-    Attributes
-    ----------
     standing : how far the job has come, as far as it is known.
     certain : the same, as far as it would survive a power cut.
     syncs : how often the disk was told to keep what it has.

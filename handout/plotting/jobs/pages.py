@@ -108,10 +108,7 @@ def enter(record: Record, folder: Path, number: int) -> None:
 
 
 def records(folder: Path) -> list[Record]:
-    """The records of the pages that exist, from the first on.
-
-    Raises OSError, msgspec.MsgspecError: one is damaged.
-    """
+    """The records of the pages that exist, from the first on. Raises OSError, msgspec.MsgspecError: one is damaged."""
     entries = []
     for number in itertools.count():
         try:
@@ -122,10 +119,7 @@ def records(folder: Path) -> list[Record]:
 
 
 def read_drawing(folder: Path, number: int) -> Drawing:
-    """The drawing of a page.
-
-    Raises InputError: it is missing or damaged.
-    """
+    """The drawing of a page. Raises InputError: it is missing or damaged."""
     path = _drawing(folder, number)
     try:
         return from_json(gzip.decompress(path.read_bytes()))
@@ -175,8 +169,6 @@ class PageProducer(Protocol):
 class ProducerProcess:
     """A program that makes the pages of a job.
 
-    Parameters
-    ----------
     command : what is run; it says ``added 7`` when page 7 is there, ``failed`` and one sentence if one cannot be made,
         and ends when there is nothing more to make.
     """

@@ -116,8 +116,6 @@ def parts(
 ) -> list[PlotPart]:
     """All parts of a job in order: copy after copy, page after page, layer after layer, without those left out.
 
-    Parameters
-    ----------
     pages : as `survey` found them.
     every : mm of ink after which a pen is to be looked at; parts end between words then.
 
@@ -157,8 +155,6 @@ def list_requests(
 ) -> list[str]:
     """What a person has to do before a part, each as one request.
 
-    Parameters
-    ----------
     before : the part before it; None for the first.
     pages : how many pages one copy has.
     layers : the names of all layers of the job.
@@ -216,8 +212,6 @@ def pieces(
 ) -> list[SheetStretch]:
     """What is drawn of the pages, whose strokes are in the order in which they are drawn.
 
-    Parameters
-    ----------
     plan_page : the plans of a page, one after the other, by which it is timed.
     begin, end : a share such as "40%", or a time such as "2m30s"; None: not limited.
     from_word, to_word : a word or several, or the number of one, from 1 on the first sheet that is asked for.

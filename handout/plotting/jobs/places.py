@@ -36,8 +36,6 @@ START = DrawnPlace(0)
 class Milestones:
     """Converts the number of blocks done of a plan into a place on the drawing.
 
-    Attributes
-    ----------
     stroke : (blocks + 1,) int; time : (blocks + 1,) float, s: the `DrawnPlace` for every number of blocks done.
     ink : (blocks + 1,) float, mm: the length that is drawn by then.
     """
@@ -129,8 +127,6 @@ def find_place(
 ) -> DrawnPlace | None:
     """The place of the drawing at which a machine stopped if it stands at `at`; None if that is on no line.
 
-    Parameters
-    ----------
     certain : what is certainly drawn.
     at : (2,) float, mm on the page.
     reach : mm of ink that it can have drawn behind that.
@@ -138,8 +134,6 @@ def find_place(
         going from there.
     detours : (n, 2) float, mm on the page: where the lifted pen may go between two strokes.
 
-    Notes
-    -----
     Where the line passes several times, the first counts, since the others might leave a gap.
     """
     best_place, distance, draws = None, _NEAR, False

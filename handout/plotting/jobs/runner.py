@@ -90,18 +90,13 @@ def run_job(
 ) -> list[PlotReport]:
     """Plot what is left of a job.
 
-    Parameters
-    ----------
     open_port : opens the way to the machine, and again after a break.
     supply : whence the pages come that are not made yet, if there are such.
     progress : called with the share of the job that is done, 0 to 1, and about how much time is left, s; where it
         raises `ButtonPressed` the plot pauses as by the plotter's own button.
     plotted : told of every part that has been plotted.
 
-    Returns
-    -------
-    list of Report
-        One for every part that was plotted, without its plan and its strokes: a job may have many.
+    Returns one for every part that was plotted, without its plan and its strokes: a job may have many.
 
     Raises DeviceError, KeyboardInterrupt: the journal knows how far it has come. InputError: nobody is there to be
     asked; the journal or a drawing is damaged; another program plots the job; a page cannot be made.

@@ -167,10 +167,7 @@ class PlotJob:
 
 
 def load(path: Path) -> PlotJob:
-    """A job from its folder.
-
-    Raises InputError: it is not there, or cannot be read.
-    """
+    """A job from its folder. Raises InputError: it is not there, or cannot be read."""
     try:
         facts = msgspec.json.decode((path / FACTS).read_bytes(), type=_Facts)
         profile = msgspec.convert(facts.device, Plotter, dec_hook=lambda kind, value: kind(value))
@@ -205,8 +202,6 @@ def create(
 ) -> PlotJob:
     """Store a new job: all of it is on the disk when this returns, nothing if it fails.
 
-    Parameters
-    ----------
     drawings : the pages; each is let go before the next is asked for.
     place : the folder in which jobs are kept, if it is another.
 
@@ -229,8 +224,6 @@ def begin(
 ) -> PlotJob:
     """Store a new job with its first pages, or all; they are on the disk when this returns.
 
-    Parameters
-    ----------
     new_pages : its first pages.
     inputs : what the missing pages can be made from at any time; None if none is missing.
     """
@@ -347,10 +340,7 @@ def drop_drawings(place: Path | None = None, keep: int = _DRAWABLE) -> None:
 
 
 def drawn_before(name: str | None = None, place: Path | None = None) -> PlotJob:
-    """As `find`, of the jobs whose drawings are still kept.
-
-    Raises InputError: there is none.
-    """
+    """As `find`, of the jobs whose drawings are still kept. Raises InputError: there is none."""
     there = [job for job in _by_use(place) if pages.are_kept(job.folder)]
     if name in (None, LAST) and there:
         return there[-1]
@@ -380,9 +370,6 @@ def _is_finished(job: PlotJob) -> bool:
 
 
 def forget(job: PlotJob) -> None:
-    """Delete a job, finished or not.
-
-    Raises InputError: it is being plotted.
-    """
+    """Delete a job, finished or not. Raises InputError: it is being plotted."""
     job.open().close()
     shutil.rmtree(job.folder, ignore_errors=True)

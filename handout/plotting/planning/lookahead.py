@@ -106,8 +106,6 @@ def to_steps(points: Array, steps: Array) -> Array:
 def blocks(points: Array, stands: Flags, machine: Machine) -> Blocks:
     """The lines from each point to the next.
 
-    Parameters
-    ----------
     points : (n + 1, 3) float, mm, machine coordinates; the first is where the machine stands.
     stands : (n,) bool: whether the machine comes to rest before the block (a pen command, a pause).
     """
@@ -299,8 +297,6 @@ class _Strokes:
 def fit(lines: Blocks, wanted: Array, feed: Array, draws: Flags, most: Array, queue: int) -> Array:
     """Feeds, mm/s, with which the planner runs the drawn segments in the wanted times, as nearly as it can.
 
-    Parameters
-    ----------
     wanted : (n,) float, s, the time each segment should take (anything where `draws` is false).
     feed : (n,) float, mm/s: given for what is not drawn, ignored elsewhere.
     draws : (n,) bool: the pen is down.

@@ -40,16 +40,10 @@ _GOLDEN = 0.6180339887498949  # its multiples fall evenly, and never twice in on
 def shortest(ends: Array, kicks: int) -> list[int]:
     """A short closed tour through strokes.
 
-    Parameters
-    ----------
     ends : (n, 2, 2) float, mm: first and last point of every stroke.
-    kicks : int
-        How often the tour is disturbed to get it out of where it is stuck.
+    kicks : how often the tour is disturbed to get it out of where it is stuck.
 
-    Returns
-    -------
-    list of int
-        The point at which each stroke is entered, in order; every stroke once.
+    Returns the point at which each stroke is entered, in order; every stroke once.
     """
     if len(ends) < 2:
         return [2 * stroke for stroke in range(len(ends))]
@@ -295,12 +289,9 @@ _KICKS, _SPENT = 5, 800_000  # disturbances a stroke, and strokes turned round b
 def shorten_travel(drawing: Drawing, home: Array | None = None) -> tuple[Stroke, ...]:
     """The strokes on one clock, ordered so that the pen travels less; unchanged if that gains nothing.
 
-    Parameters
-    ----------
-    drawing : Drawing
-        Of one that is timed only whole words are moved, in one that is not strokes may also be turned round.
-    home : (2,) float, mm, page coordinates, optional
-        Where the pen comes from and goes back to; the way from there and back counts for drawings without times.
+    drawing : of one that is timed only whole words are moved, in one that is not strokes may also be turned round.
+    home : (2,) float, mm, page coordinates, optional: where the pen comes from and goes back to; the way from there and
+        back counts for drawings without times.
     """
     return _keep_pace(by_travel(drawing.strokes), drawing.strokes) if drawing.timed else by_tour(drawing.strokes, home)
 

@@ -43,11 +43,9 @@ def plan(
 ) -> Plan:
     """Turn a drawing into motion within a machine's limits, at the speeds of the hand as far as it can keep them.
 
-    Parameters
-    ----------
-    speed : multiple of the speed of the drawing, or "fast": as fast as the machine can, as a drawing
-        without times is always drawn; pace : times that speed, or where the machine is as fast as it can, times its
-        greatest with the pen down.
+    speed : multiple of the speed of the drawing, or "fast": as fast as the machine can, as a drawing without times is
+        always drawn; pace : times that speed, or where the machine is as fast as it can, times its greatest with the
+        pen down.
     order : "writing" keeps the order of the strokes; "travel" shortens the way between them: by moving whole words
         about, or in a drawing without times in any way.
     whole : whether the page begins with the drawing, and ends with it, for the hooks before and after a page.

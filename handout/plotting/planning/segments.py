@@ -53,18 +53,13 @@ def on_one_clock(times: list[Array], paths: list[Array]) -> Trajectory:
 def cut_path(path: Trajectory, rate: float, shortest: float, deviation: float) -> Trajectory:
     """Cut a path into segments.
 
-    Parameters
-    ----------
     rate : segments a second of pen time.
     shortest : mm; segments shorter than this are merged with their neighbours.
     deviation : mm the segments may depart from the path.
 
-    Returns
-    -------
-    Trajectory
-        The breakpoints.  Every stroke keeps its first and last sample; the last is left out where the stroke ends
-        within `shortest` of its beginning and no breakpoint fits in between: one that stays within `shortest` has one.
-        Segments and path are within `deviation` + `shortest` of each other.
+    Returns the breakpoints.  Every stroke keeps its first and last sample; the last is left out where the stroke ends
+    within `shortest` of its beginning and no breakpoint fits in between: one that stays within `shortest` has one.
+    Segments and path are within `deviation` + `shortest` of each other.
     """
     turning = _turning_points(path, 1.0 / rate)
     breakpoints = _evenly(turning, path.stroke_at(turning), rate)

@@ -280,11 +280,8 @@ def _attentive(profile: Plotter) -> Plotter:
 def slices(path: TimedCurve, profile: Plotter) -> tuple[Trajectory, Array]:
     """Cut the strokes into slices of about the length the profile asks for, in whole milliseconds.
 
-    Returns
-    -------
-    Track
-        The ends of the slices; a stroke that goes nowhere has one.
-    when : (n,) float, s, the same on the clock of the path, which differs by less than a millisecond a stroke.
+    Returns the ends of the slices; a stroke that goes nowhere has one.
+        when : (n,) float, s, the same on the clock of the path, which differs by less than a millisecond a stroke.
     """
     trajectory = path.trajectory
     first, last = stroke_ends(trajectory.stroke)

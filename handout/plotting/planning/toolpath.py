@@ -214,8 +214,6 @@ def lay_out(
 ) -> Toolpath:
     """The toolpath that draws the strokes one after the other.
 
-    Parameters
-    ----------
     cuts : in machine coordinates.
     dots : (strokes,) float, s: how long the pen rests on the paper in a stroke that goes nowhere.
     heights : (n,) float, mm: of the pen at the cuts, where it follows the pressure.

@@ -66,8 +66,6 @@ class Backoff:
     def pause(self, why: str, after: float | None = None) -> bool:
         """Wait before the next attempt; False, and no waiting, where the bound has been or would be passed.
 
-        Parameters
-        ----------
         why : what is said the first time, a sentence.
         after : s that the printer asks for; otherwise ever longer pauses.
         """

@@ -38,10 +38,7 @@ _STEPS = frozenset({Operation.CREATE_JOB, Operation.SEND_DOCUMENT})
 
 
 class Submission:
-    """A page on its way to a printer.
-
-    gone : whether a part of the page at least may have left this computer.
-    """
+    """A page on its way to a printer; gone : whether a part of the page at least may have left this computer."""
 
     def __init__(
         self, client: Client, capabilities: Capabilities, ticket: Ticket, say: Say, wait: Callable[[float], object]
@@ -91,10 +88,7 @@ class Submission:
         return job if status is None else job._replace(created=status.created)
 
     def _job_if_taken(self, error: TransportError) -> JobReference | None:
-        """The job that has the page; None if the page is not going to be printed.
-
-        What arrived in part is stopped.
-        """
+        """The job that has the page; None if the page is not going to be printed. What arrived in part is stopped."""
         search = self._search(error)
         job = search.job
         if job is None and self._job is not None:
@@ -263,10 +257,8 @@ class IppQueue(Queue):
 def earlier_outcome(client: Client, job: str, title: str, earlier: Collection[str]) -> Outcome:
     """Ask about an earlier job by its number, name and time, or by its title where `job` is empty.
 
-    Parameters
-    ----------
-    earlier : titles of jobs that were over before this one was begun: a printer that still lists one of them would
-        list this one, so that, where it does not, this one never came.
+    earlier : titles of jobs that were over before this one was begun: a printer that still lists one of them would list
+        this one, so that, where it does not, this one never came.
     """
     number = ""
     if job:

@@ -144,8 +144,6 @@ class QueuedCommand:
 class Engine:
     """Executes jobs one after the other.
 
-    Parameters
-    ----------
     depth : commands the queue holds besides the one under way.
     pause : ticks that pass between two commands.
     powered : whether the motors have power; without, steps are counted and nothing moves.

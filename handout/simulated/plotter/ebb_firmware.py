@@ -39,8 +39,6 @@ class Refused(Exception):
 class EbbFirmware(Firmware):
     """One board.
 
-    Attributes
-    ----------
     version : of its firmware, by the option `firmware`; uniform : whether answers are in one form (``CU,10,1``).
     """
 

@@ -23,8 +23,6 @@ from handout.simulated.plotter.paper import DrawnPaper
 class Framing:
     """How a controller cuts what it receives into instructions.
 
-    Parameters
-    ----------
     ends : bytes of which each completes an instruction.
     immediate : bytes that act on reception, wherever they stand, and are never stored.
     blocks : whether the sender has to wait while the buffer is full (USB); if not, bytes are lost.
@@ -68,13 +66,9 @@ class _WirePiece:
 class Wire:
     """Bytes under way and bytes received.
 
-    Parameters
-    ----------
     size : bytes the receive buffer holds.
     byte : s a byte takes.
 
-    Attributes
-    ----------
     lost : how many bytes found the buffer full, or nobody who listened.
     deaf_until : s; bytes that come in before that are lost.
     """
@@ -180,13 +174,9 @@ Say = Callable[[bytes], None]
 class Firmware(Protocol):
     """One controller.
 
-    Parameters
-    ----------
     wire : its receive buffer, of which it may report size and room; paper : where its carriage stands.
     say : takes its answers, with their terminators.
 
-    Attributes
-    ----------
     now : s, its clock; it is set from outside.
     read_time : s it takes to read one instruction.
     acknowledgement : how an answer begins that acknowledges an instruction, in small letters; b"": every answer does.

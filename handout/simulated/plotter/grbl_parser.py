@@ -75,8 +75,6 @@ def strip(line: str) -> str:
 def read_request(line: str, modes: Modes, at: tuple[float, float, float]) -> Request:
     """Read a stripped line of G-code and change the modes.
 
-    Parameters
-    ----------
     at : where the machine will be when all queued moves are done, mm.
 
     Raises Refused: with GRBL's error number; the modes are as they were.

@@ -40,8 +40,6 @@ class Vector:
 class Carriage:
     """Runs vectors, and knows where it is.
 
-    Parameters
-    ----------
     push : units/s² of each axis; cut : units by which a corner may be cut; room : vectors that it takes in advance.
     """
 

@@ -80,7 +80,6 @@ class Escapes(Framing):
         self._held = b""  # of a device control instruction that is not complete
 
     def cut_pieces(self, data: bytes) -> Iterator[tuple[bytes, bool]]:
-        """See `Framing.cut_pieces`."""
         plain = b""
         for value in data:
             byte = bytes([value])
@@ -120,8 +119,6 @@ _VIEWED = 3.0  # s that VIEW is pressed
 class HpglFirmware(Firmware):
     """One plotter.
 
-    Attributes
-    ----------
     error, line_error : the last error of the language and of the line, 0 for none.
     lever : whether the paper lever is raised, so that nothing is drawn.
     viewing : until when VIEW is pressed, s.

@@ -49,8 +49,6 @@ class Refused(Exception):
 class KlipperFirmware(Firmware):
     """One machine; its settings say what the profile says, unless an option says otherwise.
 
-    Attributes
-    ----------
     homed : axes whose place it knows.
     """
 

@@ -84,12 +84,8 @@ class _Settled:
 class Toolhead:
     """Moves and what happens between them, in print time, which is the plotter's clock.
 
-    Parameters
-    ----------
     moved : told where the carriage is when, in steps; steps : steps/mm.
 
-    Attributes
-    ----------
     now : s; print_time : when all that is settled is done; at : where the last move that was taken leads to, mm.
     """
 

@@ -36,12 +36,8 @@ class MarlinFraming(firmware.Framing):
 class Reception:
     """Lines received, judged, and not yet obeyed.
 
-    Parameters
-    ----------
     say : takes the lines of its answers; flush : forgets the bytes that have been received.
 
-    Attributes
-    ----------
     commands : in order; the first is under way.
     last : number of the last line that was taken.
     echoes : whether ``ok`` follows a request for a line, as it does in most versions.
@@ -119,8 +115,6 @@ _KILLED = "Error:Printer halted. kill() called!"
 class MarlinFirmware(Firmware):
     """One controller; its own settings say what the profile says, unless an option says otherwise.
 
-    Attributes
-    ----------
     advanced : ADVANCED_OK: every ``ok`` says which line and how much room.
     emergency : EMERGENCY_PARSER: M108, M112 and M410 act on reception.
     """

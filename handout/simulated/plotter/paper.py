@@ -17,12 +17,8 @@ _SLIP = 40  # steps lost in a dead stop; set by eye, half a millimetre at 80 ste
 class DrawnPaper:
     """Remembers where the carriage was when, and what the pen was told when.
 
-    Parameters
-    ----------
     steps : steps/mm of x, y and z, in which positions are counted.
 
-    Attributes
-    ----------
     trace : when, s, and where the carriage came to, in steps from the machine's true zero.
     power : when the pen was told what: a value of the profile's `pen.up` and `pen.down`, 0 if it was let go.
     shift : steps from where the controller believes the carriage to where it is.
@@ -114,8 +110,6 @@ def strokes(
     A servo touches the paper no earlier than the profile's `down_time` after it was told to, and leaves it as late as
     `up_time` after it was told to: a move that does not wait loses its beginning, or drags the pen along.
 
-    Parameters
-    ----------
     trace : time s and position in steps of x, y, z, in order.
     power : time s and value of the spindle output, in order.
     """

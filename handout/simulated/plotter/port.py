@@ -40,14 +40,10 @@ class Clock(Protocol):
 class SimulatedPlotter(InstrumentedPort):
     """A pen plotter behind a wire, whose controller speaks the profile's dialect; a Port.
 
-    Parameters
-    ----------
     profile : the machine it is.
     options : what is different, what goes wrong, and when.
     clock : the real clock, if it is to live by one; the computer's with `SimulatorOptions.realtime`.
 
-    Attributes
-    ----------
     firmware : its controller.
     paper : what the pen stands over.
     placement : how the page lies on it, so that `executed` can answer in page coordinates.

@@ -45,11 +45,8 @@ def from_svg(data: bytes, *, texts: bool = False) -> Drawing:
     colour it is stroked with.  A file that this program wrote gives back strokes with their times, as long as its
     paths are as they were written.
 
-    Returns
-    -------
-    Drawing
-        Not `timed`, except for a file of this program's own.  `about["left_out"]` lists in words what is not in it:
-        text, pictures, filled outlines; and clips and dashes, which are not obeyed.
+    The drawing is not `timed`, except that of a file of this program's own.  `about["left_out"]` lists in words what
+    is not in it: text, pictures, filled outlines; and clips and dashes, which are not obeyed.
 
     Raises InputError: not SVG, nothing in it that is stroked, an element that cannot be read (the message says which),
     entities, or more than a million points.

@@ -61,10 +61,7 @@ def compose_maps(outer: Array, inner: Array) -> Array:
 
 
 def transform(text: str | None) -> Array:
-    """A list of transforms as a map.
-
-    Raises InputError: one that does not exist, or does not take so many numbers.
-    """
+    """A list of transforms as a map. Raises InputError: one that does not exist, or does not take so many numbers."""
     matrix = IDENTITY
     if not text or text.strip() == "none":
         return matrix

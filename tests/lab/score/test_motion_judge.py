@@ -6,7 +6,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from click.testing import CliRunner
-from sklearn.metrics import roc_auc_score
 
 from handout.cli import cli
 from handout.errors import InputError
@@ -82,6 +81,8 @@ def test_a_writer_is_in_one_fold_and_every_fold_has_both_kinds():
 
 
 def test_the_area_is_that_of_all_pairs_which_one_network_judged():
+    from sklearn.metrics import roc_auc_score  # which takes longer to load than all of these tests
+
     rng = np.random.default_rng(1)
     made, who, fold = rng.random(60) < 0.5, rng.integers(0, 5, 60), rng.integers(0, 2, 60)
     score = rng.normal(made * 0.7, 1).round(1)

@@ -14,8 +14,6 @@ from handout.profiles import Plotter
 def file(plan: Plan, profile: Plotter) -> bytes:
     """A plan as the stream of commands that the board reads, each ended by CR; the language has no comments.
 
-    Notes
-    -----
     Without `firmware` in the profile the commands are those that every board understands.  They are relative to where
     the carriage stands: the machine's zero, with the pen lifted.  Whoever sends the file waits for the answer to each
     command before the next.

@@ -54,12 +54,8 @@ class EbbConversation(Conversation[Reply]):
     Its methods raise DeviceSilent when nothing is answered or an answer was lost, DeviceAlarm when the board refuses a
     command or stops, PortError when the connection breaks.
 
-    Parameters
-    ----------
     answered : told what has been answered, with the numbers that came.
 
-    Attributes
-    ----------
     open : what is not answered yet, in order.
     uniform : whether the board answers in one form (``CU,10,1``).
     struck : whether it has stopped at a limit switch.

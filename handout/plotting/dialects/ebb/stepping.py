@@ -152,12 +152,8 @@ def mixing(profile: Plotter) -> Array:
 class Motors:
     """Follows both motors through a program.
 
-    Parameters
-    ----------
     begin : steps of both motors from the machine's zero, where the program begins.
 
-    Attributes
-    ----------
     place : (2,) float, mm, machine coordinates, to which they have been told to go.
     """
 
@@ -172,12 +168,16 @@ class Motors:
 
     def command_moves(self, moves: Sequence[Timed]) -> Iterator[tuple[int, bytes]]:
         """The commands of moves in a row that begin and end at rest, each with the number of its move."""
+        from scipy.interpolate import CubicSpline
+
         xy = np.array([self.place, *((move.x, move.y) for move in moves)])
         seconds = np.array([move.seconds for move in moves])
         self.place = xy[-1]
         places = xy @ self.mix.T
         unit = 1000 if self.version < STEPS else TICKS
-        speeds = _speeds(places, seconds) / TICKS
+        # where moves meet: those of the smoothest motion through all places, at rest at both ends
+        at = np.append(0.0, np.cumsum(seconds))
+        speeds = np.asarray(CubicSpline(at, places, bc_type="clamped")(at, 1)) / TICKS
         for index, whole in enumerate(self._whole(seconds, unit)):
             parts = [
                 Slice(*map(float, (places[index, a], places[index + 1, a], speeds[index, a], speeds[index + 1, a])))
@@ -229,17 +229,6 @@ def _counted_ramp(steps: int, part: Slice, ticks: int) -> tuple[int, int, int]:
     last = mean + gain * (ticks - 1) / 2
     rate = min((count + last) / ticks - gain * (ticks - 1) / 2, 1.0 - 2.0**-31)
     return round(rate * WHOLE), steps, round(gain * WHOLE)
-
-
-def _speeds(places: Array, seconds: Array) -> Array:
-    """Speeds where moves meet, per second, that of the smoothest motion through all places; at rest at both ends.
-
-    places : (n + 1, 2) float; seconds : (n,) float.
-    """
-    from scipy.interpolate import CubicSpline
-
-    at = np.append(0.0, np.cumsum(seconds))
-    return np.asarray(CubicSpline(at, places, bc_type="clamped")(at, 1))
 
 
 class StepCounter:

@@ -15,12 +15,8 @@ from handout.profiles import Plotter
 def to_gcode(plan: Plan, profile: Plotter | None = None) -> bytes:
     """A plan as a G-code file that any sender can run, with a header of comments.
 
-    Parameters
-    ----------
     profile : whose dialect and pen are used; default: that of the plan.
 
-    Notes
-    -----
     The program assumes that the machine's zero lies where the profile says (`bed.origin`), with the pen lifted; it
     ends there.  It does not end with M2 or M30, which would switch the servo off and drop the pen.
     """

@@ -53,13 +53,9 @@ class TrackedMove(NamedTuple):
 class PositionTracking:
     """The ways of the commands that have been sent and not certainly executed.
 
-    Parameters
-    ----------
     at : where the machine stands, mm, in the coordinates of the program.
     span : least and greatest value of the spindle other than 0 (``$31``, ``$30``).
 
-    Attributes
-    ----------
     proven : how many commands have been executed and found right.
     """
 

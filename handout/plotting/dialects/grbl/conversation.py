@@ -56,12 +56,8 @@ class GrblConversation(Conversation[Reply]):
     Its methods raise DeviceSilent when nothing is answered, or when lines were lost; DeviceAlarm when a line is refused
     or the machine stops; PortError when the connection breaks.
 
-    Parameters
-    ----------
     buffer : bytes the controller can receive before it reads them.
 
-    Attributes
-    ----------
     stopping : whether it is held by us.
     told : called with every state that is heard.
     restarted : whether it has started by itself.

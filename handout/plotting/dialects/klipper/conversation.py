@@ -35,8 +35,6 @@ class MoonrakerConversation(Conversation[Reply]):
     Its methods raise DeviceSilent when nothing is answered; DeviceAlarm when Klipper refuses a line, shuts down or
     starts anew; PortError when the connection breaks.
 
-    Attributes
-    ----------
     script : number of the request whose script is under way; 0: none is.
     fallen : Klipper has shut down, or started anew: what it had in hand is lost.
     """

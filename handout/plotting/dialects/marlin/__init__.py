@@ -15,8 +15,6 @@ from handout.profiles import Plotter
 def file(plan: Plan, profile: Plotter) -> bytes:
     """The plan as a program for a sender or the machine's own memory card.
 
-    Notes
-    -----
     Senders add numbers and checksums themselves.  The program assumes that the machine's zero lies where the profile
     says (`bed.origin`), with the pen lifted; it ends there, with the motors powered.
     """

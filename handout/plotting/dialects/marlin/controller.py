@@ -40,8 +40,6 @@ class PlannerQueue:
     Source: Marlin's planner, read for facts: a command is answered when its move is in the queue, of `queue` moves at
     most; a move of fewer than six steps makes no block, and its way is made together with the next.
 
-    Parameters
-    ----------
     queue : moves the planner can hold.
     steps : steps/mm; at : where the machine stands, mm.
     """

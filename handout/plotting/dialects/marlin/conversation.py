@@ -58,13 +58,9 @@ class MarlinConversation(Conversation[Reply]):
     Its methods raise DeviceSilent when nothing is answered or nothing gets through; DeviceAlarm when the machine stops
     or does not know a command; PortError when the connection breaks.
 
-    Parameters
-    ----------
     buffer : bytes the controller can receive before it reads them.
     worked : told every line that has been worked through, once and in order.
 
-    Attributes
-    ----------
     window : lines that may be under way.
     echoes : whether an ``ok`` follows its request for a line, which acknowledges nothing.
     again : how many lines were sent more than once.
