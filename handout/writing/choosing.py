@@ -69,7 +69,7 @@ def glyph_chances(seed: int, place: int, kind: Indices) -> Array:
     bits = word + kind.astype(np.uint64) * _ODD[0] + letter * _ODD[1]
     for shift, factor in zip((30, 27), _FACTORS, strict=True):
         bits = (bits ^ (bits >> np.uint64(shift))) * factor
-    return ((bits ^ (bits >> np.uint64(31))).astype(np.float64) + 0.5) / 2.0**64
+    return np.asarray(((bits ^ (bits >> np.uint64(31))).astype(np.float64) + 0.5) / 2.0**64)
 
 
 # 2^64 / golden ratio, as there, and 2^64 / plastic number, which part glyphs and places; then the factors of there
