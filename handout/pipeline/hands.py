@@ -222,6 +222,7 @@ def _page_facts(page: TaggedPage) -> dict[str, Fact]:
         "other_case": [
             {"at": page.glyphs[i].at, "letter": page.glyphs[i].letter, "line": page.glyphs[i].line} for i in page.cases
         ],
+        "odd_words": [{"at": o.at, "word": o.word, "line": o.line, "page_shows_more": o.more} for o in page.odd],
         "missing": [{"at": letter.at, "letter": letter.letter, "line": letter.line} for letter in page.missing],
         "fits": {str(line): round(fit, 3) for line, fit in page.fits},
         "notes": list(page.notes),

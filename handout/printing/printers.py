@@ -100,12 +100,12 @@ def _cups(profile: Printer) -> CupsQueue:
     if not name:
         raise PrinterError(
             f"{profile.title} has no queue of its own and the system has no default; {_list_queues(queue_names)}: "
-            f"name one with --queue (calibrate: --printer), or {WAY_OUT}."
+            f"name one (print: --queue, calibrate: --printer), or {WAY_OUT}."
         )
     if name.split("/")[0] not in {queue.split("/")[0] for queue in queue_names}:
         raise PrinterError(
-            f"There is no print queue {name!r}; {_list_queues(queue_names)}: name another with "
-            f"--queue (calibrate: --printer), or {WAY_OUT}."
+            f"There is no print queue {name!r}; {_list_queues(queue_names)}: name another "
+            f"(print: --queue, calibrate: --printer), or {WAY_OUT}."
         )
     return CupsQueue(name)
 
@@ -131,7 +131,7 @@ def _find_profile(queue: str, names: Sequence[str]) -> Printer:
     return Printer(kind="printer", title=queue, dpi=600, margins=Margins(top=edge, right=edge, bottom=edge, left=edge))
 
 
-WAY_OUT = "write a file instead with --dry-run out.pdf (calibrate: --printer pdf -o charts)"
+WAY_OUT = "write a PDF instead (print: --dry-run out.pdf, calibrate: --printer pdf -o charts)"
 NO_LP = f"The command lp is not installed (on Debian it is in the package cups-client): {WAY_OUT}."
 _TIMEOUT = 60.0  # s that a command may take; set by eye
 # s between attempts at a queue that says it is busy; set by eye

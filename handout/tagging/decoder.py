@@ -168,9 +168,27 @@ def decode(
     held : what is known of the place of some of them, by their number among `letters`.
     """
     steps = _steps(letters)
+    starts, ends = _pass_steps(reading, steps, widths, held)
+    left, right = _trace_borders(starts, [kind for kind, _ in steps], reading.columns)
+    return Decoded(left * STEP, right * STEP, float(ends[-1, -1]), right > left)
+
+
+def _pass_steps(
+    reading: ColumnReading,
+    steps: Sequence[tuple[str, str]],
+    widths: Mapping[str, float],
+    held: Mapping[int, Held] = MappingProxyType({}),
+    *,
+    backwards: bool = False,
+) -> tuple[NDArray[np.int32], Array]:
+    """(steps, n + 1): where each segment begins that ends at a border, and the best score up to there.
+
+    backwards : the reading and the steps are mirrored; a border counts once where a gap lies, before it.
+    """
     best = np.full(reading.columns + 1, NEVER)
     best[0] = 0.0
     starts = np.empty((len(steps), reading.columns + 1), dtype=np.int32)
+    scores = np.empty(starts.shape)
     number = -1
     for row, (kind, letter) in enumerate(steps):
         number += kind not in ("edge", "gap")
@@ -185,10 +203,45 @@ def decode(
             best, starts[row] = _blank(score, best, least)
             if kind == "edge":
                 best, starts[row] = _pass_lines(reading, best, starts[row])
-        if kind != "gap" and row < len(steps) - 1:
+        scores[row] = best
+        if row < len(steps) - 1 and steps[row + backwards][0] != "gap":
             best = best + reading.border
-    left, right = _trace_borders(starts, [kind for kind, _ in steps], reading.columns)
-    return Decoded(left * STEP, right * STEP, float(best[-1]), right > left)
+    return starts, scores
+
+
+def word_gains(
+    reading: ColumnReading, letters: Sequence[str], widths: Mapping[str, float], unread: Array
+) -> tuple[list[float], list[float]]:
+    """How much higher a line scores without each of its words, and with something unread before each and at the end.
+
+    letters, widths : as of `decode`.
+    unread : (n + 1,) score of the columns before each border as something that is not in the text, summed up.
+    """
+    steps, border = _steps(letters), reading.border
+    row = [at for at, (kind, _) in enumerate(steps) if kind not in ("edge", "gap")]
+    ahead = _pass_steps(reading, steps, widths)[1]
+    behind = _pass_steps(_mirrored(reading), steps[::-1], widths, backwards=True)[1][::-1, ::-1]
+    spaces = [i for i, letter in enumerate(letters) if letter == SPACE]
+    words = list(zip([0, *(i + 1 for i in spaces)], [*spaces, len(letters)], strict=True))
+    without, beside = [], []
+    for first, stop in words:
+        before = ahead[row[first] - 1] + border
+        beside.append(_space(reading, _blank(unread, before, _TIGHTEST)[0] + border)[0] + border + behind[row[first]])
+        if stop < len(letters):
+            without.append(before + behind[row[stop] + 1])
+        elif first:
+            without.append(ahead[row[first - 1] - 1] + border + behind[-1])
+    last = _space(reading, ahead[row[-1]] + border)[0] + border
+    beside.append(_blank(unread, last, _TIGHTEST)[0] + border + behind[-1])
+    score = ahead[-1, -1]
+    return [float(one.max() - score) for one in without], [float(one.max() - score) for one in beside]
+
+
+def _mirrored(reading: ColumnReading) -> ColumnReading:
+    """One line read from the right, the thirds of its letters in turn."""
+    thirds = np.arange(reading.letters.shape[1]).reshape(-1, THIRDS)[:, ::-1].ravel()
+    letters, space, gap = (sums[-1] - sums[::-1] for sums in (reading.letters, reading.space, reading.gap))
+    return ColumnReading(letters[:, thirds], space, gap, reading.border[::-1])
 
 
 def _steps(letters: Sequence[str]) -> list[tuple[str, str]]:

@@ -44,6 +44,11 @@ class AssignmentSettings:
 
 
 _SETTINGS = AssignmentSettings()
+# x-heights from the middle of what joins two letters to where the second begins to the networks, whose examples have
+# letters begin close before their bodies, in a hand that joins all; in others as much less as they join fewer. Of the
+# joined letters of four simulated pages 9 to 22 % had .3 x-heights of a neighbour's stroke, or lacked as much, where
+# they were cut at that beginning, and 6 to 9 % do now. As much in every hand gave legs of printed letters away.
+LEAD = 0.12
 _NEVER = 1e6  # cost that no path takes
 
 
@@ -98,8 +103,22 @@ class _Line:
         number[vertices] = np.arange(len(vertices))
         edges = number[graph.edges]
         self.edges = edges[(edges >= 0).all(axis=1)]
-        self.column = self._columns()
         self.whole = number_pieces(self.edges, len(vertices))
+        meeting = np.flatnonzero(self.left[1:] <= self.right[:-1])
+        lead = LEAD * self._share_joined([letter.at for letter in line.letters])
+        self.left[meeting + 1] -= lead
+        self.right[meeting] -= lead
+        self.column = self._columns()
+
+    def _share_joined(self, at: Sequence[int]) -> float:
+        """Share of neighbours in words, both of which have ink amid their columns, of which one piece of line does."""
+        outside = np.maximum(self.left - self.u[:, None], self.u[:, None] - self.right)
+        amid = np.zeros((int(self.whole.max(initial=0)) + 1, len(at)), dtype=bool)
+        np.logical_or.at(amid, self.whole, outside < (self.left - self.right) / 3)
+        word = np.array([name.isalpha() for name in self.names], dtype=bool) & np.asarray(amid.any(axis=0))
+        beside = word[1:] & word[:-1] & (np.diff(at) == 1)
+        joined = np.asarray((amid[:, 1:] & amid[:, :-1]).any(axis=0))
+        return float(joined[beside].mean()) if beside.any() else 0.0
 
     def _columns(self) -> Indices:
         """(n,) the letter in whose column each vertex lies, or the nearest; few strokes are cut."""

@@ -25,7 +25,7 @@ from handout.progress import Tell, narrow_reports, silent
 from handout.scanning.text_lines import TextLines, find_text_lines
 from handout.scanning.written_page import WrittenPage, foreign_ink
 from handout.summary import one_line
-from handout.tagging.alignment import AlignedLine, Alignment, Method, PageLetter, align, transcript_fit
+from handout.tagging.alignment import AlignedLine, Alignment, Method, OddWord, PageLetter, align, transcript_fit
 from handout.tagging.glyph_extraction import (
     Missing,
     doubt_cropped_glyphs,
@@ -57,6 +57,7 @@ class TaggedPage:
     missing : letters that are in the transcript and were not found.
     fits : how well each aligned line's text explains it, 0–1, by number of the line.
     cases : numbers of the glyphs that are as large as the other case of their letter (`contradicted_cases`).
+    odd : words by which the page and the transcript seem to differ.
     """
 
     page: ScannedPage
@@ -66,6 +67,7 @@ class TaggedPage:
     missing: tuple[Missing, ...] = ()
     fits: tuple[tuple[int, float], ...] = ()
     cases: tuple[int, ...] = ()
+    odd: tuple[OddWord, ...] = ()
 
     __repr__ = one_line
 
@@ -109,7 +111,7 @@ def tag_page(
     told = [*told, *_notes(page, alignment, missing), *odd, *cropped]
     notes = (*written.notes, *told)
     fits = tuple((line.number, line.fit) for line in alignment.lines)
-    return TaggedPage(page, glyphs, notes, alignment.poor, missing, fits, cases)
+    return TaggedPage(page, glyphs, notes, alignment.poor, missing, fits, cases, alignment.odd)
 
 
 def without_foreign_ink(
@@ -230,6 +232,7 @@ def _notes(page: ScannedPage, alignment: Alignment, missing: Sequence[Missing]) 
         "its letters are kept as doubtful."
         for number in alignment.poor
     ]
+    notes += _word_notes(page.source, alignment.odd)
     if bare := [f"line {number + 1}" for number in range(len(page.baselines)) if number not in text]:
         notes.append(
             f"{page.source}: nothing of its text is on {list_names(bare)} of its {len(page.baselines)} lines of "
@@ -244,6 +247,17 @@ def _notes(page: ScannedPage, alignment: Alignment, missing: Sequence[Missing]) 
             f"{page.source}: no network has learnt {list_names(unlearnt)}; they are found by the Latin letters that "
             "they resemble, and words with them are not read again to doubt them: look at the letters."
         )
+    return notes
+
+
+def _word_notes(source: str, odd: Sequence[OddWord]) -> list[str]:
+    """Sentences of words by which lines and their texts seem to differ."""
+    notes = list[str]()
+    for one in odd:
+        what = f"the text has “{one.word}”, which the page seems not to show"
+        if one.more:
+            what = f"the page shows something beside “{one.word}” that the text lacks"
+        notes.append(f"{source}, line {one.line + 1}: {what}; put the text right, and read the page again.")
     return notes
 
 

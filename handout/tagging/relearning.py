@@ -30,7 +30,7 @@ from handout.tagging.alignment import POOR, AlignedLine, Alignment, aligned_lett
 from handout.tagging.decoder import Held
 from handout.tagging.glyph_extraction import extract_glyphs, letters_within_reach, reaches_edge
 from handout.tagging.ink_exchange import exchange_ink
-from handout.tagging.letter_assignment import assign_letters
+from handout.tagging.letter_assignment import LEAD, assign_letters
 from handout.tagging.line_space import X_HEIGHT, LineFrame, LineStrip, lines_at, strips
 from handout.tagging.segmentation import by_segments, page_reader
 from handout.tagging.transcript import TranscriptLine, in_one_line, read_transcript
@@ -259,9 +259,11 @@ def held_letters(
     at = {place: i for i, place in enumerate(text.at) if text.letters[i] != SPACE}
     there = {at[glyph.at]: glyph for glyph in glyphs if glyph.line == line and glyph.at in at}
     ends = {i: _ends(page, strip, glyph) for i, glyph in there.items()}
+    joined = {i: bool(glyph.ligatures) for i, glyph in there.items()}
+    lead = X_HEIGHT * LEAD * sum(joined.values()) / max(len(joined), 1)
     for i in sorted(ends):
         if i + 1 in ends and abs(ends[i + 1][0] - ends[i][1]) < _SETTINGS.apart * X_HEIGHT:
-            border = (ends[i][1] + ends[i + 1][0]) / 2
+            border = (ends[i][1] + ends[i + 1][0]) / 2 + lead * joined[i]
             ends[i], ends[i + 1] = (ends[i][0], border), (border, ends[i + 1][1])
     held = {}
     for i, (left, right) in ends.items():

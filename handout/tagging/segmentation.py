@@ -88,6 +88,7 @@ class PageReader:
         # text lines → the same broken as suits the page; line → what the networks together make of its columns
         self.broken: dict[tuple[TranscriptLine, ...], list[TranscriptLine]] = {}
         self.fits: dict[tuple[TranscriptLine, ...], list[float]] = {}  # how well text lines fit these
+        self.chance: dict[tuple[TranscriptLine, ...], float] = {}  # what a column of them scores by chance
         self._together: dict[int, Floats] = {}
         self._prior = np.mean([network.log_prior for network in networks], axis=0)
 
@@ -96,7 +97,7 @@ class PageReader:
         some = copy(self)
         some.images = tuple(self.images[i] for i in lines)
         some.features = [self.features[i] for i in lines]
-        some.broken, some.fits = {}, {}
+        some.broken, some.fits, some.chance = {}, {}, {}
         some._together = {i: self._together[k] for i, k in enumerate(lines) if k in self._together}
         return some
 

@@ -129,6 +129,23 @@ def test_a_line_of_wrong_text_is_named():
     assert found.poor == (1,)
 
 
+@pytest.mark.slow
+def test_words_that_page_and_text_do_not_share_are_named():
+    strips, texts, _ = page()
+
+    def odd(*lines):
+        found = align_strips(strips, "\n".join(lines), method=by_segments_once, rng=np.random.default_rng(1))
+        return [(one.line, one.word, one.more) for one in found.odd]
+
+    assert odd(*texts) == []
+    words = texts[1].split()
+    longest = max(range(1, len(words) - 1), key=lambda k: len(words[k]))
+    without, added = [*words[:longest], *words[longest + 1 :]], [*words[:longest], "garden", *words[longest:]]
+    ((line, _, more),) = odd(texts[0], " ".join(without), *texts[2:])
+    assert (line, more) == (1, True)
+    assert odd(texts[0], " ".join(added), *texts[2:]) == [(1, "garden", False)]
+
+
 def test_small_slips_cost_only_themselves():
     strips, texts, spans = page()
     slip = [texts[0].replace("master", "mastter"), texts[1] + "!", *texts[2:]]

@@ -37,18 +37,22 @@ def test_a_stem_that_its_neighbour_took_comes_back(shared, small_hand, known):
     assert (exchange.letter[lost] == giver).mean() > 0.5
 
 
-def test_a_stem_comes_back_to_a_letter_that_does_not_touch_it(shared, small_hand):
+def test_most_stems_come_back_to_letters_that_do_not_touch_them(shared, small_hand):
     sheet, letter, names, lines = shared
-    dotted = next(i for i in small_hand.numbers_of_letter("i").tolist() if small_hand.glyphs[i].before >= 0)
-    own = np.flatnonzero(letter == dotted)
-    height = small_hand.outline(dotted)[:, 1] * sheet.pitch / sheet.x_height
-    stem = own[height < 1.2]
-    assert 0 < len(stem) < len(own)
-    taken = letter.copy()
-    taken[stem] = small_hand.glyphs[dotted].before
-    exchange = InkExchange(sheet, taken, names, lines, pictures.load())
-    exchange.settle()
-    assert (exchange.letter[stem] == dotted).mean() > 0.5
+    back = []
+    for dotted in small_hand.numbers_of_letter("i").tolist():
+        if small_hand.glyphs[dotted].before < 0:
+            continue
+        own = np.flatnonzero(letter == dotted)
+        height = small_hand.outline(dotted)[:, 1] * sheet.pitch / sheet.x_height
+        stem = own[height < 1.2]
+        assert 0 < len(stem) < len(own)
+        taken = letter.copy()
+        taken[stem] = small_hand.glyphs[dotted].before
+        exchange = InkExchange(sheet, taken, names, lines, pictures.load())
+        exchange.settle()
+        back.append((exchange.letter[stem] == dotted).mean() > 0.5)
+    assert len(back) > 1 and np.mean(back) > 0.5
 
 
 def test_nothing_is_lost_and_each_letter_keeps_its_share(shared):

@@ -76,6 +76,9 @@ export const titled = (some, first = {}) => choice([...Object.keys(first), ...so
 /** Print queues and printers, without the one that makes a file.  @param {Machines} machines */
 export const printersOf = ({ queues, printers }) => [...queues.map((name) => ({ name, title: name })), ...printers.filter(({ name }) => name !== 'printer-pdf')];
 
+/** What to do where this computer has no printer.  @param {Machines} machines */
+export const noPrinter = ({ queues }) => (queues.length ? '' : h('span', { class: 'quiet small' }, 'This computer has no printer yet: set one up in its settings, or take a PDF and print that.'));
+
 /** Where a plotter is connected.  @param {Named[]} ports */
 export const portChoice = (ports) => titled(ports.map(({ name, title }) => ({ name, title: name.startsWith('sim') ? title : `${name} ${title}` })), { '': 'Choose where …' });
 

@@ -65,7 +65,7 @@ function lacking(hands) {
       ? h('ul', {}, facts.supply.map((/** @type {{letter: string, how: string, from?: string}} */ one) => h('li', {}, h('strong', {}, one.letter), ` ${how[one.how] || one.how}`, one.from ? ` (${one.from})` : '')))
       : h('p', {}, 'Every letter of that text is there.'));
   });
-  return h('section', { class: 'panel' }, h('h2', {}, 'Has it all letters for a text?'), h('form', { onsubmit: (/** @type {Event} */ event) => { event.preventDefault(); submit(); }, 'aria-label': 'Has it all letters for a text?' },
+  return h('section', { class: 'panel' }, h('h2', {}, 'Does it have the letters of a text?'), h('form', { onsubmit: (/** @type {Event} */ event) => { event.preventDefault(); submit(); }, 'aria-label': 'Has it all letters for a text?' },
     field('Handwriting', hand), field('Text', text), wrong, h('div', { class: 'row' }, h('button', {}, 'Look')), result));
 }
 

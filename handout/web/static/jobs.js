@@ -143,7 +143,7 @@ function pens(plot, now, turn) {
     const state_ = pen.out ? 'left out' : pen.drawn ? 'drawn' : begun && pen.next ? 'its turn' : 'waits';
     return h('tr', { class: pen.out ? 'quiet' : undefined }, h('td', {}, all.length > 1 ? move : '', swatch(pen.layer), ` ${called}`), ...[own, [speed, ' %'], draws, metres(pen.ink_mm), minutes(pen.seconds), state_].map((one, k) => h('td', { 'data-of': PEN[k + 1] }, one)));
   });
-  return [h('p', { class: 'quiet small' }, all.length > 1 ? 'In this order: a machine waits for each pen, the simulated one does not. Inks whose pens are called the same share one.' : ''),
+  return [h('p', { class: 'quiet small' }, all.length > 1 ? 'In this order: a machine waits for each pen, the simulated one does not. Inks that name the same pen share it.' : ''),
     h('table', { class: 'pens' }, h('thead', {}, h('tr', {}, PEN.map((label) => h('th', { scope: 'col' }, label)))), h('tbody', {}, rows))];
 }
 

@@ -181,7 +181,7 @@ export async function kept(/** @type {HTMLElement} */ main, /** @type {string} *
     }
     title.textContent = { new: 'Here comes a proof', proofed: 'Does every letter look right?', approved: 'Approved: now it can be made', 'broken off': 'It stopped on the way', done: 'Done' }[batch.state];
     const what = [batch.letters && 'letters', batch.envelopes && 'envelopes'].filter(Boolean).join(' and ');
-    summary.textContent = `${batch.title}: ${batch.left_out.length ? `${batch.count - batch.left_out.length} of ` : ''}${batch.count} ${batch.count === 1 ? what.replaceAll('s ', ' ').replace(/s$/, '') : what}, for ${batch.printer || TO[batch.to]}${batch.state === 'broken off' && batch.ended ? `; ${batch.ended}` : ''}.`;
+    summary.textContent = `${batch.title}: ${batch.left_out.length ? `${batch.count - batch.left_out.length} of ` : ''}${batch.count} ${batch.count === 1 ? what.replaceAll('s ', ' ').replace(/s$/, '') : what}, for ${batch.printer?.replace(/^printer-/, '') || TO[batch.to]}${batch.state === 'broken off' && batch.ended ? `; ${batch.ended}` : ''}.`;
     if (lost()) summary.textContent += ` ${lost()} ${lost() === 1 ? 'row' : 'rows'} cannot be made, as is said below: ${['new', 'proofed'].includes(batch.state) ? 'put right what is wrong, or make it without them' : 'it is made without them'}.`;
     if (batch.rehearsed) summary.textContent += ' The simulated plotter drew it: nothing is on paper yet.';
     if (batch.test && batch.state === 'done') summary.textContent += ' It was a test: nothing was sent.';

@@ -3,7 +3,7 @@
 /** @import { Batch, Machines, Row, Show, Table } from './types' */
 import { blob, fileOf, request, task, text as fetched, takeAway, upload } from './api.js';
 import { kept as made } from './kept_table.js';
-import { batchState, button, choice, field, grouped, guarded, h, handChoice, machine, more, named, picker, printersOf, refusal, SIZES, steps, tick, titled } from './dom.js';
+import { batchState, button, choice, field, grouped, guarded, h, handChoice, machine, more, named, noPrinter, picker, printersOf, refusal, SIZES, steps, tick, titled } from './dom.js';
 import * as drafts from './drafts.js';
 import { drawing, picture } from './work.js';
 
@@ -148,6 +148,7 @@ export async function show(main, shared, [name]) {
       sharing.hidden = to.value !== 'printer' || machines.queues.length < 2;
       draft.printer = printer.value; draft.device = device.value;
     };
+    printer.after(noPrinter(machines));
     chosen();
     return [h('h1', {}, 'On what, and how?'), h('div', { class: 'grid' }, field('Handwriting', hand, true), field('Paper', page), field('Made by', to), printerField, deviceField), sharing, envelopeLabel,
       known.no_envelopes ? h('p', { class: 'quiet small' }, `No envelopes: ${known.no_envelopes}`) : '', refused, unkept, onward('Next: a proof of every letter', 3)];

@@ -5,7 +5,7 @@
 /** @typedef {{text: HTMLTextAreaElement, kind: HTMLSelectElement, hand: HTMLSelectElement, [name: string]: any}} Controls */
 import { request, task, blob, text as fetched, fileOf, stillThere, takeAway, upload } from './api.js';
 import * as drafts from './drafts.js';
-import { address, button, choice, field, guarded, h, handChoice, machine, picker, printersOf, refusal as refusals, s, save, say, SIZES, tick, titled } from './dom.js';
+import { address, button, choice, field, guarded, h, handChoice, machine, noPrinter, picker, printersOf, refusal as refusals, s, save, say, SIZES, tick, titled } from './dom.js';
 import { appear, play } from './replay.js';
 import { marks, moved } from './marks.js';
 import { drawing, picture, progress } from './work.js';
@@ -446,7 +446,7 @@ export async function show(main, shared, [hand]) {
     dialog.addEventListener('close', () => { dialog.remove(); keep(); });
     document.body.append(dialog);
     dialog.showModal();
-    request('GET', '/api/machines').then((/** @type {Machines} */ machines) => { printer.replaceChildren(...titled(printersOf(machines)).children); printer.selectedIndex = 0; }).catch((error) => { wrong.textContent = error.message; });
+    request('GET', '/api/machines').then((/** @type {Machines} */ machines) => { printer.replaceChildren(...titled(printersOf(machines)).children); printer.selectedIndex = 0; printer.after(noPrinter(machines)); }).catch((error) => { wrong.textContent = error.message; });
   }
 
   form.addEventListener('submit', (event) => event.preventDefault());
