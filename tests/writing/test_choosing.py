@@ -171,7 +171,7 @@ def test_what_a_hand_has_less_of_changes_the_words_that_used_it(kept, small_hand
     after = chosen(replace(kept, refused=refused), text.strip(), 5)
     others = [not np.array_equal(a, b) for a, b in zip(before, after, strict=True) if number not in a]
     assert not any(number in word for word in after)
-    assert sum(others) < 0.25 * len(others)
+    assert sum(others) < 0.4 * len(others)
 
 
 def test_what_is_written_behind_a_new_word_mostly_stays(kept):
