@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from handout.libraries import cv2
 from handout.values import Array
 
 _LARGE = 2400  # pixels; marks are looked for in a picture reduced to this long side, then in larger ones
@@ -34,8 +35,6 @@ def find(
     Returns ids, each with its (4, 2) corners clockwise from the mark's top left, pixels; pixel (0, 0) has its middle
     at 0, 0.
     """
-    import cv2
-
     thorough = cv2.aruco.DetectorParameters()
     scale = min(1.0, large / max(grey.shape))
     last = max(1.0, min(3.0, round(large / max(grey.shape))))
@@ -55,8 +54,6 @@ def find(
 
 def _detect_marks(grey: NDArray[np.uint8], scale: float, dictionary: Any, parameters: Any) -> list[tuple[int, Array]]:
     """Marks of the picture at a scale, their corners in the picture as it is."""
-    import cv2
-
     how = cv2.INTER_AREA if scale < 1.0 else cv2.INTER_CUBIC
     resized = grey if scale == 1.0 else cv2.resize(grey, None, fx=scale, fy=scale, interpolation=how)
     corners, numbers, _ = cv2.aruco.ArucoDetector(dictionary, parameters).detectMarkers(resized)
@@ -76,8 +73,6 @@ def refine_corners(grey: NDArray[np.uint8], corners: Array, cells: int) -> Array
 
     Returns (n, 2) float, pixels; a corner that would stray by more than a cell stays where it was.
     """
-    import cv2
-
     cell = float(np.linalg.norm(corners[1] - corners[0])) / cells
     # where a cell has few pixels, the next edges would be in every window: the picture is enlarged
     larger = max(1, math.ceil(_CELL / cell))

@@ -17,6 +17,7 @@ from handout.calibrating.store import Calibration
 from handout.colour.ink_match import InkMatch, density_of, match
 from handout.colour.reading import Scribble
 from handout.hand.scanned import ScannedHand
+from handout.libraries import cv2
 from handout.values import Array
 
 _MOST = 2400  # pixels a side of the writing that is looked at
@@ -159,8 +160,6 @@ def _judge_match(ink: InkMatch | None, hand: str) -> FrameReference:
 
 def writing(hand: ScannedHand) -> tuple[NDArray[np.float32], Array, float]:
     """Some writing of a hand: (h, w, 3) densities against its paper, (3,) that paper, 0–1, and pixels an inch."""
-    import cv2
-
     page = max(hand.pages, key=lambda scanned_page: scanned_page.texture.shape[0] * scanned_page.texture.shape[1])
     height, width = page.texture.shape
     down, across = (max(0, (side - _MOST) // 2) for side in (height, width))
@@ -178,8 +177,6 @@ def writing(hand: ScannedHand) -> tuple[NDArray[np.float32], Array, float]:
 
 def at_dpi(density: NDArray[Any], dpi: float, wanted: float) -> NDArray[np.float32]:
     """Densities (h, w, 3) of a picture at fewer pixels an inch; light is averaged."""
-    import cv2
-
     if wanted >= 0.98 * dpi:
         return np.asarray(density, dtype=np.float32)
     size = (max(1, round(density.shape[1] * wanted / dpi)), max(1, round(density.shape[0] * wanted / dpi)))

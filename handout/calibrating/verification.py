@@ -28,6 +28,7 @@ from handout.colour.reading.scan_files import ScanRefused, make_refusal
 from handout.colour.report import image, page
 from handout.colour.table import ColourTable, reach, swatches, tell_loss
 from handout.errors import InputError
+from handout.libraries import spatial
 from handout.values import Array
 
 # ΔE00 on the mean up to which the colours of a strip, all of which the printer can print, are judged so
@@ -279,10 +280,8 @@ def tiles(rows: Array) -> NDArray[np.uint8]:
 
 def _draw_reach(strip: VerificationStrip, table: ColourTable) -> str:
     """The outline of what the printer can print over a* and b*, and the strip's colours in it."""
-    from scipy.spatial import ConvexHull
-
     labs = conversions.lab(np.asarray(table.scanned, dtype=np.float64).reshape(-1, 3))
-    outline = " ".join(f"{x:.1f},{y:.1f}" for x, y in _on_diagram(labs[ConvexHull(labs[:, 1:]).vertices, 1:]))
+    outline = " ".join(f"{x:.1f},{y:.1f}" for x, y in _on_diagram(labs[spatial.ConvexHull(labs[:, 1:]).vertices, 1:]))
     which = strip.matched
     dots = "".join(
         f'<circle cx="{x:.1f}" cy="{y:.1f}" r="4" fill="rgb({r},{g},{b})" stroke="#555" stroke-width=".5"/>'

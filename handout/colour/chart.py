@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from handout import units
 from handout.errors import DoesNotFit, InputError
+from handout.libraries import cv2
 from handout.page_sizes import page
 from handout.summary import one_line
 from handout.values import Array, Page, readonly, readonly_indices
@@ -309,6 +310,4 @@ def _scatter_repeats(
 @cache
 def dictionary() -> Any:
     """The family of the marks."""
-    import cv2
-
     return cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_5X5_1000)

@@ -22,6 +22,7 @@ import handout
 from handout.colour import cgats, conversions
 from handout.colour.chart import CELLS, FRAME, Chart, ChartPage, dictionary, letters
 from handout.errors import InputError
+from handout.libraries import cv2
 from handout.values import Array, readonly
 
 if TYPE_CHECKING:
@@ -55,7 +56,11 @@ def render(page: ChartPage, dpi: float, lines: tuple[str, ...] = (), title: str 
     colours = np.rint(page.device * 255).astype(np.uint8)
     for (left, top, right, bottom), colour in zip(_edges(page.boxes, scale), colours, strict=True):
         pixels[top:bottom, left:right] = colour
-    _draw_marks(pixels, page, scale)
+    for number, corners in zip(page.ids.tolist(), page.marks, strict=True):
+        cells = np.asarray(cv2.aruco.generateImageMarker(dictionary(), number, CELLS))
+        across, down = np.rint(np.linspace(corners[0], corners[2], CELLS + 1) * scale).astype(int).T
+        for row, column in np.argwhere(cells < 128).tolist():
+            pixels[down[row] : down[row + 1], across[column] : across[column + 1]] = 0
     _draw_names(pixels, page, scale)
     _draw_field(pixels, page, scale)
     x, y, width = page.title
@@ -70,16 +75,6 @@ def _edges(boxes: NDArray[np.float64], scale: float) -> list[list[int]]:
     """Boxes (n, 4) in mm as pixels."""
     edges: list[list[int]] = np.rint(boxes * scale).astype(int).tolist()
     return edges
-
-
-def _draw_marks(pixels: NDArray[np.uint8], page: ChartPage, scale: float) -> None:
-    import cv2
-
-    for number, corners in zip(page.ids.tolist(), page.marks, strict=True):
-        cells = np.asarray(cv2.aruco.generateImageMarker(dictionary(), number, CELLS))
-        x, y = (np.rint(np.linspace(corners[0, k], corners[2, k], CELLS + 1) * scale).astype(int) for k in (0, 1))
-        for row, column in np.argwhere(cells < 128).tolist():
-            pixels[y[row] : y[row + 1], x[column] : x[column + 1]] = 0
 
 
 def _draw_names(pixels: NDArray[np.uint8], page: ChartPage, scale: float) -> None:

@@ -36,6 +36,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from handout.colour import conversions
+from handout.libraries import cv2, optimize
 from handout.values import Array, Raster, readonly
 
 _DENSEST = 3.0  # density of what shows as 0, of which nothing is known but that it is dark
@@ -84,8 +85,6 @@ def strokes_in(density: Density, dpi: float, tone: Callable[[Density], Density] 
     dpi : pixels an inch.
     tone : (n, 3) → (n, 3), optional: densities as another scan shows them; edges are looked for in that.
     """
-    import cv2
-
     pixel = 25.4 / dpi
     shown = density if tone is None else tone(density.reshape(-1, 3)).reshape(density.shape)
     dark = cv2.GaussianBlur(shown.mean(axis=2).astype(np.float32), (0, 0), max(0.4, _SOFT / pixel))
@@ -332,8 +331,6 @@ def match(
 
 def _fit_tone(hand: LineDensities, chart: LineDensities, plain: Tone) -> tuple[Tone, float]:
     """The tone with the contrasts of `plain` that explains the one by the other best; and the error that it leaves."""
-    from scipy.optimize import least_squares
-
     pairs = [
         (np.quantile(hand_ring, _RANKS, axis=0), np.quantile(chart_ring, _RANKS, axis=0))
         for hand_ring, chart_ring in zip(hand.rings, chart.rings, strict=True)
@@ -349,7 +346,7 @@ def _fit_tone(hand: LineDensities, chart: LineDensities, plain: Tone) -> tuple[T
         pull = held * np.concatenate([_HELD[0] * (x[:3] - x[:3].mean()), _HELD[1] * x[3:]])
         return np.concatenate([(tone(x)(shares) - goals).ravel(), pull])
 
-    fitted = tone(least_squares(residuals, np.zeros(6)).x)
+    fitted = tone(optimize.least_squares(residuals, np.zeros(6)).x)
     return fitted, float(np.sqrt(np.mean((fitted(shares) - goals) ** 2)))
 
 

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from handout import atomic, units
 from handout.colour.reading.chart_reading import ChartReading, SheetReading
 from handout.colour.reading.patch_means import sample_grid
+from handout.libraries import cv2
 from handout.values import Array
 
 _LONG = 1500  # pixels, long side of the picture of a scan
@@ -89,8 +90,6 @@ def grid_on(sheet: SheetReading, long_side: int = _LONG) -> NDArray[np.uint8]:
 
     Green the inner part of each patch that is used, red of those left out, blue the marks.
     """
-    import cv2
-
     pixels = sheet.scan.pixels if sheet.scan.full == 255 else (sheet.scan.pixels >> 8).astype(np.uint8)
     scale = min(1.0, long_side / max(pixels.shape[:2]))
     small = cv2.resize(pixels, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
@@ -120,8 +119,6 @@ def _sheet(sheet: SheetReading) -> str:
 
 
 def image(pixels: NDArray[np.uint8], alt: str) -> str:
-    import cv2
-
     _, data = cv2.imencode(".jpg", pixels[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, 88])
     return f'<img alt="{html.escape(alt)}" src="data:image/jpeg;base64,{base64.b64encode(data.tobytes()).decode()}">'
 

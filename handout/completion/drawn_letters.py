@@ -30,6 +30,7 @@ from handout.hand.library import load
 from handout.hand.places import Place
 from handout.hand.scanned import NO_PAGE, ScannedHand
 from handout.inking.sweep import InkedWay
+from handout.libraries import ndimage, spatial
 from handout.motion.timing import arc_length
 from handout.motion.trace import trace
 from handout.values import Array, Indices, LineGraph
@@ -228,23 +229,19 @@ def _lead_on(ways: list[InkedWay], link: NeighbourLigature, *, leaving: bool) ->
 
 def _close_strokes(strokes: Sequence[Array], radius: float) -> list[Array]:
     """Strokes (n, 2) of which what runs beside an earlier part, within a line's width, is led on to that."""
-    from scipy.ndimage import gaussian_filter1d
-
     number, xy = _earlier_places(strokes, radius), np.concatenate(list(strokes))
     led, first = [], np.cumsum([0, *map(len, strokes)]).tolist()
     for a, b in pairwise(first):
         aside = xy[number[a:b]] - xy[a:b]
         if aside.any():
             step = float(np.median(np.hypot(*np.diff(xy[a:b], axis=0).T)))
-            aside = gaussian_filter1d(aside, _LED * radius / max(step, 1e-9), axis=0, mode="nearest")
+            aside = ndimage.gaussian_filter1d(aside, _LED * radius / max(step, 1e-9), axis=0, mode="nearest")
         led.append(xy[a:b] + aside)
     return led
 
 
 def _earlier_places(strokes: Sequence[Array], radius: float) -> Indices:
     """(n,): for each place of strokes the earlier one that it runs beside, within a line's width, or else its own."""
-    from scipy.spatial import cKDTree
-
     xy, first = np.concatenate(list(strokes)), np.cumsum([0, *map(len, strokes)]).tolist()
     along = np.concatenate([np.gradient(x, axis=0) if len(x) > 1 else np.zeros((1, 2)) for x in strokes])
     along /= np.maximum(np.hypot(*along.T), 1e-9)[:, None]
@@ -255,7 +252,7 @@ def _earlier_places(strokes: Sequence[Array], radius: float) -> Indices:
             steps = np.hypot(*np.diff(xy[a : begin + 1], axis=0).T)
             leading = int((np.cumsum(steps[::-1]) < 2 * reach).sum())  # to the turn, which is no place beside it
             if begin - leading > 0 and begin < end:
-                away, at = cKDTree(xy[: begin - leading]).query(xy[begin:end])
+                away, at = spatial.cKDTree(xy[: begin - leading]).query(xy[begin:end])
                 parallel = np.abs((along[at] * along[begin:end]).sum(axis=1)) > _PARALLEL
                 beside = _fill_between((away < reach) & parallel, away < _LENS * reach)
                 number[begin:end] = np.where(beside, number[at], number[begin:end])

@@ -20,6 +20,7 @@ from handout.hand.drawn import Hand
 from handout.hand.library import load
 from handout.hand.scanned import ScannedHand
 from handout.inking.pen_replacement import directions
+from handout.libraries import interpolate
 from handout.values import Array, Glyph
 from handout.writing.specimen import forms
 
@@ -131,15 +132,13 @@ def way(letter: str, number: int) -> FormWay:
 
 def evenly(points: Array, step: float) -> Array:
     """(m, 2): a curve through points (n, 2), sampled evenly; a point stays one."""
-    from scipy.interpolate import CubicSpline
-
     lengths = np.hypot(*np.diff(points, axis=0).T) if len(points) > 1 else np.zeros(0)
     moves = lengths > 1e-6
     if not moves.any():
         return np.array(points[:1])
     along = np.concatenate([[0.0], np.cumsum(lengths[moves])])
     at = np.linspace(0, along[-1], max(3, round(along[-1] / step) + 1))
-    return np.asarray(CubicSpline(along, points[np.concatenate([[True], moves])])(at))
+    return np.asarray(interpolate.CubicSpline(along, points[np.concatenate([[True], moves])])(at))
 
 
 @dataclass(frozen=True, eq=False)

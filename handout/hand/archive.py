@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 
 from handout import atomic
 from handout.errors import InputError
+from handout.libraries import cv2
 
 _MOST_MEMBERS = 10_000  # what a file may hold is bounded, so that none takes all memory
 _MOST_BYTES = 1 << 30  # of one member, unpacked
@@ -251,8 +252,6 @@ class Archive:
                     raise self.error(f"{name} is a picture in {picture.mode}, not {wanted}")
                 # of WebP Pillow makes three copies on the way, which take twice as long as unpacking it
                 if picture.format == "WEBP":
-                    import cv2
-
                     unpacked = cv2.imdecode(np.frombuffer(data, dtype=np.uint8), cv2.IMREAD_UNCHANGED)
                     if unpacked is not None:  # None: it is damaged
                         pixels = np.asarray(unpacked, dtype=np.uint8)

@@ -27,6 +27,7 @@ from handout.hand.author_reader import author_reader, picture_of_vertices, reads
 from handout.hand.glyph_features import glyph_features
 from handout.hand.ligatures import find_again
 from handout.hand.scanned import NOBODY, ScannedGlyph, ScannedHand, ScannedPage
+from handout.libraries import spatial
 from handout.networks import one_thread
 from handout.peaks import peaks
 from handout.values import Array, Indices
@@ -203,9 +204,7 @@ class _Mender:
 
     def _pieces(self) -> Iterator[_Move]:
         """Loose pieces of letters that might be other letters', or nobody's."""
-        from scipy.spatial import cKDTree
-
-        trees = [cKDTree(page.graph.uv) for page in self._hand.pages]
+        trees = [spatial.cKDTree(page.graph.uv) for page in self._hand.pages]
         for number in np.flatnonzero(self._free).tolist():
             glyph = self._hand.glyphs[number]
             page, owner = self._hand.pages[glyph.page], self._owners[glyph.page]

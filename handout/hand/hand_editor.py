@@ -22,6 +22,7 @@ from handout.hand.ligatures import LigatureFinder
 from handout.hand.page_editor import PaintError
 from handout.hand.places import Place, graphemes, places, word_numbers
 from handout.hand.scanned import NOBODY, ScannedGlyph, ScannedHand, ScannedPage
+from handout.libraries import csgraph, sparse, spatial
 from handout.values import Array, Indices, readonly_indices
 
 if TYPE_CHECKING:
@@ -304,12 +305,10 @@ class HandEditor:
         return self._owners[self._page]
 
     @property
-    def _tree(self) -> cKDTree:
+    def _tree(self) -> spatial.cKDTree:
         """The vertices of the page."""
-        from scipy.spatial import cKDTree
-
         if self._page not in self._trees:
-            self._trees[self._page] = cKDTree(self._scan.graph.uv)
+            self._trees[self._page] = spatial.cKDTree(self._scan.graph.uv)
         return self._trees[self._page]
 
     def _glyph(self, number: int) -> ScannedGlyph:
@@ -487,9 +486,6 @@ class HandEditor:
 
     def _adopt_vertices(self, new: NDArray[np.bool_]) -> set[int]:
         """Give each of some vertices (n,) to the letter that is nearest along their line; the letters that got any."""
-        from scipy.sparse import coo_matrix
-        from scipy.sparse.csgraph import dijkstra
-
         uv, edges = self._scan.graph.uv, self._scan.graph.edges
         near, at = np.unique(edges[new[edges].any(axis=1)], return_inverse=True)
         a, b = at.reshape(-1, 2).T
@@ -497,8 +493,8 @@ class HandEditor:
         if not len(ends):
             return set()
         length = np.linalg.norm(uv[near[a]] - uv[near[b]], axis=1) + 1e-6
-        line = coo_matrix((length, (a, b)), shape=(len(near), len(near)))
-        _, _, nearest = dijkstra(line, directed=False, indices=ends, return_predecessors=True, min_only=True)
+        line = sparse.coo_matrix((length, (a, b)), shape=(len(near), len(near)))
+        _, _, nearest = csgraph.dijkstra(line, directed=False, indices=ends, return_predecessors=True, min_only=True)
         found = np.flatnonzero(new[near] & (nearest >= 0))
         reached, owners = near[found], self._owner[near[nearest[found]]]
         for number in np.unique(owners).tolist():
@@ -512,14 +508,12 @@ class HandEditor:
 
     def _join_nearest(self, first: Indices, second: Indices, most: float) -> None:
         """Put an edge where two letters that do not hang together come nearest, if that is within `most` mm."""
-        from scipy.spatial import cKDTree
-
         owner = np.sort(self._owner[self._scan.graph.edges], axis=1)
         pair = sorted((int(self._owner[first[0]]), int(self._owner[second[0]])))
         if (owner == pair).all(axis=1).any():
             return
         uv = self._scan.graph.uv
-        away, index = cKDTree(uv[second]).query(uv[first])
+        away, index = spatial.cKDTree(uv[second]).query(uv[first])
         if away.min() * self._scan.pixel <= most:
             nearest = int(away.argmin())
             self._scan = page_editor.join_vertices(self._scan, int(first[nearest]), int(second[index[nearest]]))

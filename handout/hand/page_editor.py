@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.hand.scanned import ScannedPage, Texture
+from handout.libraries import csgraph, cv2, sparse, spatial
 from handout.values import Array, Indices, LineGraph
 
 
@@ -76,8 +77,6 @@ class Cover:
 
 def brush(page: ScannedPage, places: Sequence[tuple[float, float]], width: float) -> Cover:
     """The cover of a brush `width` pixels wide along places of a page's picture."""
-    import cv2
-
     thick = max(1, round(width))
     cover, way = _room(page, places, thick)
     soft = np.rint(way * _SETTINGS.soft).astype(np.int32).reshape(-1, 1, 2)
@@ -87,8 +86,6 @@ def brush(page: ScannedPage, places: Sequence[tuple[float, float]], width: float
 
 def fill_polygon(page: ScannedPage, places: Sequence[tuple[float, float]]) -> Cover:
     """The cover of a polygon of a page's picture."""
-    import cv2
-
     cover, way = _room(page, places, 1)
     cv2.fillPoly(cover.values, [np.rint(way).astype(np.int32).reshape(-1, 1, 2)], 255)
     return cover
@@ -174,8 +171,6 @@ def without_rule(
 
 def own_ink(page: ScannedPage, rows: slice, columns: slice) -> NDArray[np.bool_]:
     """(h, w) where a part of a page has ink that has a line: as far as its opacity is that of its own stroke."""
-    import cv2
-
     shape = (rows.stop - rows.start, columns.stop - columns.start)
     alpha = np.zeros(shape, dtype=np.uint8)
     here, values = Cover((columns.start, rows.start), alpha).overlap(page.texture.corner, page.texture.shape)
@@ -247,19 +242,15 @@ def vertices_along(graph: LineGraph, vertices: Indices, places: Array) -> Indice
     Source: P. Newson and J. Krumm, Hidden Markov map matching through noise and sparseness, ACM GIS 2009, with
     distances themselves as costs.
     """
-    from scipy.sparse import coo_matrix
-    from scipy.sparse.csgraph import shortest_path
-    from scipy.spatial import cKDTree
-
     uv, (a, b) = graph.uv[vertices], graph.edges_between(vertices).T
     length = np.linalg.norm(uv[a] - uv[b], axis=1) + 1e-6
-    joined = coo_matrix((length, (a, b)), shape=(len(uv), len(uv)))
-    way, before = shortest_path(joined, directed=False, return_predecessors=True)
+    joined = sparse.coo_matrix((length, (a, b)), shape=(len(uv), len(uv)))
+    way, before = csgraph.shortest_path(joined, directed=False, return_predecessors=True)
     # over a gap in the ink the pen goes straight
     straight = _SETTINGS.gap * np.linalg.norm(uv[:, None] - uv, axis=2)
     over = way > straight
     way = np.where(over, straight, way)
-    far, near = cKDTree(uv).query(places, range(1, min(_SETTINGS.nearest, len(uv)) + 1))
+    far, near = spatial.cKDTree(uv).query(places, range(1, min(_SETTINGS.nearest, len(uv)) + 1))
     steps = np.linalg.norm(np.diff(places, axis=0), axis=1)
     total, backs = far[0], []
     for step, one, other, away in zip(steps, near, near[1:], far[1:], strict=False):
@@ -359,8 +350,6 @@ def _discs(
     graph: LineGraph, some: NDArray[np.bool_], corner: Indices, shape: tuple[int, ...], pixel: float
 ) -> NDArray[np.bool_]:
     """(h, w) where the line of some vertices (n,) lies, a little wider than it was found, from (x, y) on."""
-    import cv2
-
     cover = np.zeros(shape, dtype=np.uint8)
     radius = graph.radius[some] / pixel + _SETTINGS.touch
     for (u, v), r in zip((np.rint(graph.uv[some]).astype(int) - corner).tolist(), radius.tolist(), strict=True):

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from handout.hand.places import PLACES
 from handout.hand.scanned import ScannedHand, ScannedPage
 from handout.hand.vetting import vet
+from handout.libraries import cv2
 
 LEAST = 8  # instances of a letter that let the choice vary (seed 000, §6.2.1)
 
@@ -146,8 +147,6 @@ def _dots(picture: Pixels, page: ScannedPage, vertices: NDArray[np.intp], colour
 
 def cutout(hand: ScannedHand, number: int) -> tuple[Pixels, tuple[int, int]]:
     """The ink of one glyph. Returns (h, w, 4) uint8, and (x, y) of its first pixel in the picture of its page."""
-    import cv2
-
     glyph, page = hand.glyphs[number], hand.pages[hand.glyphs[number].page]
     uv, radius = page.graph.uv[glyph.vertices], page.graph.radius[glyph.vertices] / page.pixel + 1.5
     low = np.floor((uv - radius[:, None]).min(axis=0)).astype(int)
@@ -200,8 +199,6 @@ def _rows(hand: ScannedHand, letter: str, most: int) -> Iterable[tuple[str, list
 
 def cell_of(hand: ScannedHand, number: int) -> tuple[Pixels, int]:
     """A glyph on white, its x-height `UNIT` pixels, and how many pixels its upper edge is over the baseline."""
-    import cv2
-
     glyph, page = hand.glyphs[number], hand.pages[hand.glyphs[number].page]
     ink, (x, y) = cutout(hand, number)
     scale = UNIT * page.pixel / page.x_height
@@ -226,8 +223,6 @@ _BASE = 78  # pixels from the upper edge of such a picture to the baseline
 
 def in_its_word(hand: ScannedHand, number: int, page: Pixels) -> Pixels:
     """(h, w, 3): a glyph in the colour of its verdict, what stands around it pale."""
-    import cv2
-
     glyph, sheet = hand.glyphs[number], hand.pages[hand.glyphs[number].page]
     scale = UNIT * sheet.pixel / sheet.x_height
     middle = hand.centre(number)[0] * sheet.unit

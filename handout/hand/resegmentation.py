@@ -27,6 +27,7 @@ from handout.hand.page_editor import (
     with_texture,
 )
 from handout.hand.scanned import ScannedPage
+from handout.libraries import cv2, spatial
 from handout.values import Array, Indices, LineGraph
 
 if TYPE_CHECKING:
@@ -184,13 +185,11 @@ def _find_touched_sides(window: _ChangedWindow, shape: tuple[int, int], near: in
 
 def _with_lines(page: ScannedPage, window: _ChangedWindow) -> tuple[ScannedPage, Indices]:
     """The page with the line of what changed: vertices that still lie on a line stay."""
-    from scipy.spatial import cKDTree
-
     new = _line(page, window)
     zone = _grow_mask(window.changed_mask, window.pen.half)
     graph, away = page.graph, _SETTINGS.away * window.pen.half
     near = np.flatnonzero(_look_under(zone, graph.uv, window.corner)[1])
-    nearest = cKDTree(new.uv).query(graph.uv[near])[0] if len(new) else np.full(len(near), np.inf)
+    nearest = spatial.cKDTree(new.uv).query(graph.uv[near])[0] if len(new) else np.full(len(near), np.inf)
     gone = np.zeros(len(graph), dtype=bool)
     gone[near] = ~_look_under(window.after, graph.uv[near], window.corner)[1] | (nearest > 2 * away)
     bare, number = drop_vertices(page, gone)
@@ -202,13 +201,11 @@ def _with_lines(page: ScannedPage, window: _ChangedWindow) -> tuple[ScannedPage,
 
 def _splice_graphs(graph: LineGraph, new: LineGraph, fresh: NDArray[np.bool_], away: float) -> LineGraph:
     """A graph with the part of another that lies further than `away` pixels from it, `fresh` (n,) vertices alone."""
-    from scipy.spatial import cKDTree
-
     margin = 4 * away
     low, high = new.uv.min(axis=0) - margin, new.uv.max(axis=0) + margin
     own = np.flatnonzero(((graph.uv >= low) & (graph.uv <= high)).all(axis=1))
     if len(own):
-        far, nearest = cKDTree(graph.uv[own]).query(new.uv)
+        far, nearest = spatial.cKDTree(graph.uv[own]).query(new.uv)
         nearest = own[nearest]
     else:
         far, nearest = np.full(len(new), np.inf), np.zeros(len(new), dtype=np.intp)
@@ -286,8 +283,6 @@ def _look_under(
 
 
 def _grow_mask(mask: NDArray[np.bool_], by: float) -> NDArray[np.bool_]:
-    import cv2
-
     size = 2 * max(1, round(by)) + 1
     kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size))
     return np.asarray(cv2.dilate(mask.astype(np.uint8), kernel) > 0)

@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 from handout.errors import InputError
 from handout.hand.places import Place
 from handout.hand.protocol import Repertoire
+from handout.libraries import cv2
 from handout.summary import as_png, one_line
 from handout.values import POSE, Array, Indices, LineGraph, Moments, readonly, readonly_indices
 
@@ -148,8 +149,6 @@ class Texture:
         """(h, w, 4) uint8, straight alpha: some of its pixels."""
         if not self.blue_first:
             return self.pixels[rows, columns]
-        import cv2
-
         return np.asarray(cv2.cvtColor(self.pixels[rows, columns], cv2.COLOR_BGRA2RGBA), dtype=np.uint8)
 
 
@@ -280,8 +279,6 @@ class ScannedPage:
 
     def on_paper(self, strength: float = 1.0) -> NDArray[np.uint8]:
         """(h, w, 3): the page as it was, its ink as strong as `strength`, on its reduced paper."""
-        import cv2
-
         height, width = self.shape
         picture = np.asarray(cv2.resize(self.paper, (width, height), interpolation=cv2.INTER_LINEAR), dtype=np.uint8)
         x, y = self.texture.corner

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.inking import curves, footprints
+from handout.libraries import ndimage
 from handout.values import NIB_THICKNESS, Array, Drawing, Stroke
 
 _Floats = NDArray[np.floating[Any]]
@@ -224,13 +225,11 @@ def _add_noise(way: _FlowWay, radius: Array, load: Array, flow: Flow, rng: np.ra
 
 def _smooth_noise(rng: np.random.Generator, m: int, size: float, lanes: int = 1, across: float = 0.0) -> Array:
     """(m,) or (m, lanes): noise of mean 0 and deviation 1, smooth over `size` mm along and `across` lanes."""
-    from scipy.ndimage import gaussian_filter
-
     sigma = size / STEP
     # a short line still needs as much noise as smoothing takes in
     long = _REPEAT if lanes > 1 else max(m, int(8 * sigma) + 1)
     white = rng.standard_normal((long, lanes), dtype=np.float32)
-    noise = gaussian_filter(white, (sigma, across), mode=("wrap", "nearest"))
+    noise = ndimage.gaussian_filter(white, (sigma, across), mode=("wrap", "nearest"))
     # what smoothing leaves of the deviation, for any number of pieces
     keep = np.sqrt(2 * np.sqrt(np.pi) * sigma) * (np.sqrt(2 * np.sqrt(np.pi) * across) if across else 1.0)
     noise *= np.float32(keep)

@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from handout.inking.pen import Pen
+from handout.libraries import spatial
 from handout.values import Array, Drawing, Stroke
 
 USUAL_PRESSURE = 0.55  # at which a pen's line has its usual width; see `flow.PRESSURE`
@@ -74,10 +75,8 @@ def _room(strokes: Sequence[Stroke], width: float) -> list[float]:
     widths = np.full(len(strokes), width)
     dots = [k for k, stroke in enumerate(strokes) if stroke.length < _DOT * width]
     if len(dots) > 1:
-        from scipy.spatial import cKDTree
-
         middles = np.array([strokes[k].xy.mean(axis=0) for k in dots])
-        nearest, _ = cKDTree(middles).query(middles, 2)
+        nearest, _ = spatial.cKDTree(middles).query(middles, 2)
         widths[dots] = np.clip(_APART * nearest[:, 1], _LEAST * width, width)
     return widths.tolist()
 

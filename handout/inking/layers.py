@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.inking.atlas import pack
+from handout.libraries import cv2
 from handout.scanning.graph_cut import minimum_cut
 from handout.values import Array, Indices
 from handout.writing.forms import square_distances
@@ -140,8 +141,6 @@ def part_layers(layers: Sequence[GlyphLayer]) -> list[GlyphLayer]:
 
 
 def _grow_mask(mask: _Mask) -> _Mask:
-    import cv2
-
     return np.asarray(cv2.dilate(mask.view(np.uint8), np.ones((3, 3), np.uint8)), dtype=bool)
 
 

@@ -16,6 +16,7 @@ import numpy as np
 
 from handout.inking.curves import Curve
 from handout.inking.mixing import passed_light
+from handout.libraries import cv2, spatial
 from handout.values import NIB_THICKNESS, Array, Drawing, Indices, Raster, Stroke
 
 _POINTS_APART = 0.3  # of the thickness: distance of the points that stand for an edge
@@ -122,8 +123,6 @@ def _ribbons(place: Array, radius: Array, ends: Indices) -> list[Array]:
 
 def _sweep_nib(stroke: Stroke, curve: Curve) -> list[Array]:
     """The ways of a flat nib's edge along the chords of a curve."""
-    from scipy.spatial import ConvexHull
-
     t = _times(curve)
     edges = np.column_stack([np.interp(t, stroke.t, side) for side in edge(stroke).T])
     place = curve.places_at(t)
@@ -135,7 +134,7 @@ def _sweep_nib(stroke: Stroke, curve: Curve) -> list[Array]:
     hulls = []
     for before, after in pairwise(corners):
         both = np.concatenate([before, after])
-        hulls.append(_orient(both[ConvexHull(both).vertices]))
+        hulls.append(_orient(both[spatial.ConvexHull(both).vertices]))
     return hulls
 
 
@@ -174,7 +173,6 @@ def areas(raster: Raster) -> list[tuple[str, list[Array]]]:
     Source: own method.  A pale line is as wide as a dark one: its edge is where there is half as much ink as in the
     middle of the line, found between pixels by linear interpolation (marching squares).
     """
-    import cv2
     from skimage.measure import find_contours
 
     scale = raster.dpi / 25.4

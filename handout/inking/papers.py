@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from handout import units
 from handout.errors import InputError
+from handout.libraries import cv2
 from handout.values import Array, Page, Raster
 
 _TOOTH_STEP = 0.02  # mm between two heights
@@ -212,8 +213,6 @@ def _cover_shares(count: int, unit: float, pitch: float, first: float, head: flo
 
 def _picture(name: str, size: tuple[int, int]) -> NDArray[np.uint8]:
     """A sheet of which there is a picture or a PDF, at the size of the page."""
-    import cv2
-
     from handout.scanning.page_layout import read_sheet
 
     try:

@@ -21,6 +21,7 @@ from handout.hand.measures import half_width
 from handout.hand.scanned import NO_PAGE, NOBODY, ScannedHand
 from handout.inking.swatches import Swatches, Track, swatches, tracks
 from handout.inking.texture import texture
+from handout.libraries import spatial
 from handout.values import ActionPlan, Array, Drawing, Glyph, Ink, Line, LineGraph, Manuscript, Placed
 
 _ONE = 0.12  # mm within which two lines are one
@@ -39,11 +40,9 @@ def weld_graphs(graphs: Sequence[LineGraph]) -> LineGraph:
 
 
 def _weld_pair(a: LineGraph, b: LineGraph) -> LineGraph:
-    from scipy.spatial import cKDTree
-
     if not (len(a) and len(b)):
         return a if len(a) else b
-    away, at = cKDTree(a.xy).query(b.xy)
+    away, at = spatial.cKDTree(a.xy).query(b.xy)
     gone = (away < _ONE) & (np.abs(np.sum(directions(a)[at] * directions(b), axis=1)) > np.sqrt(0.75))
     if gone.all():
         return a

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.hand.scanned import ScannedPage
+from handout.libraries import cv2
 from handout.values import Array, Ink
 from handout.writing.forms import square_distances
 
@@ -49,8 +50,6 @@ class InkSource:
     @cached_property
     def premultiplied_ink(self) -> NDArray[np.uint8]:
         """(h, w, 4) uint8: all ink of the page, from the corner of its texture."""
-        import cv2
-
         return np.asarray(cv2.cvtColor(self.page.texture.rgba, cv2.COLOR_RGBA2mRGBA), dtype=np.uint8)
 
     def part(self, box: Box) -> NDArray[np.uint8]:

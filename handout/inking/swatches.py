@@ -10,18 +10,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from handout.errors import InputError
 from handout.hand.scanned import ScannedHand, ScannedPage
+from handout.libraries import spatial
 from handout.values import Array, Indices, LineGraph
 from handout.writing.choosing import fading_cost
-
-if TYPE_CHECKING:
-    from scipy.spatial import cKDTree
 
 LENGTH = 3.2  # median radii of the line: length of a piece
 CLEAR = 0.25  # mm beside the line where there must be no other
@@ -122,10 +119,8 @@ class Swatches:
     radius: float
 
     @cached_property
-    def _tree(self) -> cKDTree:
-        from scipy.spatial import cKDTree
-
-        return cKDTree(self.features)
+    def _tree(self) -> spatial.cKDTree:
+        return spatial.cKDTree(self.features)
 
     @cached_property
     def _piece_numbers(self) -> Indices:
@@ -218,8 +213,6 @@ def _of_page(number: int, page: ScannedPage, ink: NDArray[np.bool_]) -> Swatches
 
 def clear(graph: LineGraph) -> NDArray[np.bool_]:
     """Vertices (n,) beside which no other line, nor another part of their own, comes near."""
-    from scipy.spatial import cKDTree
-
     free = np.ones(len(graph), dtype=bool)
     branch, along = np.full(len(graph), -1), np.zeros(len(graph))
     for number, path in enumerate(graph.branches):
@@ -229,7 +222,7 @@ def clear(graph: LineGraph) -> NDArray[np.bool_]:
     reach = 2 * graph.radius + CLEAR
     if not len(graph):
         return free
-    pairs = cKDTree(graph.xy).query_pairs(float(np.percentile(reach, 90)), output_type="ndarray")
+    pairs = spatial.cKDTree(graph.xy).query_pairs(float(np.percentile(reach, 90)), output_type="ndarray")
     a, b = pairs.T
     away = np.linalg.norm(graph.xy[a] - graph.xy[b], axis=1)
     other = (branch[a] != branch[b]) | (np.abs(along[a] - along[b]) > 2 * away + CLEAR)

@@ -23,6 +23,7 @@ from handout.inking.atlas import Atlas, pack
 from handout.inking.layers import GlyphLayer
 from handout.inking.source import Course, InkSource, course, factors, own_vertices
 from handout.inking.swatches import CLEAR
+from handout.libraries import cv2
 from handout.values import Array, Indices, Ink
 
 MARGIN = 0.51  # mm of picture around the line, 12 pixels at 600 dpi: with 8 the tips of sharp turns are lost
@@ -196,8 +197,6 @@ def nearest_points(at: NDArray[np.complex128], shape: tuple[int, int]) -> tuple[
 
     Points outside are taken for the pixels at the edge that are nearest to them.
     """
-    import cv2
-
     x = np.clip(np.floor(at.real + 0.5).astype(np.intp), 0, shape[1] - 1)
     y = np.clip(np.floor(at.imag + 0.5).astype(np.intp), 0, shape[0] - 1)
     free = np.ones(shape, dtype=np.uint8)
@@ -212,8 +211,6 @@ def nearest_points(at: NDArray[np.complex128], shape: tuple[int, int]) -> tuple[
 def _sample_ink(glyphs: _Glyphs, band: _Band) -> tuple[Indices, _Ink]:
     """(k,) flat indices of the pixels of a band that may have ink, and (k, 4) the ink, premultiplied: sharp, but never
     darker nor lighter than the pixels around."""
-    import cv2
-
     line = glyphs.line
     reach = np.maximum(np.abs(line.turn), line.width) * (line.radius + glyphs.reach + glyphs.side)
     low, high = _bounds(line.uv, reach, np.searchsorted(line.glyph, np.arange(len(glyphs.own) + 1)))
@@ -250,8 +247,6 @@ def _cut_patches(glyphs: _Glyphs, box: Indices, atlas: Atlas) -> tuple[_Ink, NDA
 
     box : (n, 4) int: left, top, right, bottom of each glyph's part of its picture.
     """
-    import cv2
-
     straight = np.zeros((*atlas.shape, 4), dtype=np.uint8)
     others, ends, radii = [], [], []
     line, shifts = glyphs.line, _plane(atlas.corner - box[:, :2])
@@ -289,8 +284,6 @@ def _round_ends(share: _Pixels, ends: NDArray[np.complex128], radius: Array) -> 
 
 def _specks(alpha: NDArray[np.uint16], on: Indices) -> NDArray[np.bool_]:
     """(h, w) where ink does not touch that at `on`, flat indices on the line: remains of other strokes."""
-    import cv2
-
     label = np.asarray(
         cv2.connectedComponents((alpha > _FAINT * _FULL).view(np.uint8), connectivity=8)[1], dtype=np.int32
     )
@@ -320,8 +313,6 @@ def _pieces(glyphs: _Glyphs, band: _Band) -> tuple[Indices, _Ink]:
 
 def _remap(picture: NDArray[Any], x: _Pixels, y: _Pixels) -> NDArray[Any]:
     """(m, 4): pixels of a picture (h, w, 4) at places (m,)."""
-    import cv2
-
     rows = -(-len(x) // _ROW)
     places = np.full((2, rows * _ROW), -_PAD, dtype=np.float32)
     places[0, : len(x)], places[1, : len(x)] = x, y
@@ -339,8 +330,6 @@ def _move_pixels(movement: _Pixels, band: _Band) -> tuple[_Pixels, _Pixels]:
 
 def _trace_back(line: Course, band: _Band, glyphs: _Glyphs) -> tuple[_Pixels, _Pixels, NDArray[np.bool_]]:
     """Where in the picture pixels come from, (m,) twice, and for which glyphs (n,) one movement was not enough."""
-    import cv2
-
     own, even = line.movement(), line.even_movement()
     rest = [part - of_all for part, of_all in zip(own, even, strict=True)]
     start, turn, mirror = rest
@@ -374,8 +363,6 @@ def _unghost(
     back : places in the patches; nearest : the vertices nearest to the pixels of their atlas (h, w), and where in it,
         flat, each pixel's patch begins.
     """
-    import cv2
-
     some = np.flatnonzero(band.beyond > 0)
     x, y = (part.take(some) for part in back)
     places = np.rint(y).astype(np.intp) * nearest[0].shape[1] + np.rint(x).astype(np.intp)
@@ -396,8 +383,6 @@ def _unghost(
 def _lay(at: Indices, ink: _Ink, near: NDArray[np.int32], finer: int) -> tuple[NDArray[np.uint8], NDArray[np.int32]]:
     """(h, w, 4) uint8, straight alpha: ink (k, 4), premultiplied, in a picture, and its nearest vertices (h, w), with
     `finer` × `finer` pixels averaged into one."""
-    import cv2
-
     h, w = near.shape[0] // finer, near.shape[1] // finer
     if finer > 1:
         whole = np.zeros((*near.shape, 4), dtype=np.uint16)

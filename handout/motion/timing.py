@@ -22,6 +22,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from handout.libraries import ndimage
 from handout.values import POSE, TURNS, Array, Indices, Stroke
 from handout.writing.variation import USUAL
 
@@ -185,8 +186,6 @@ def time_paths(paths: SampledPaths, stroke: float = STROKE) -> PathTimes:
 
 def curvature(paths: SampledPaths) -> Array:
     """(n,) 1 / x-height, smoothed: positive from x towards y; 0 at the ends of the paths."""
-    from scipy.ndimage import gaussian_filter1d
-
     direction = np.diff(paths.xy @ np.array([1.0, 1j]))
     turned = np.zeros(len(paths.xy))
     turned[1:-1] = np.angle(direction[1:] * np.conj(direction[:-1]))
@@ -196,7 +195,7 @@ def curvature(paths: SampledPaths) -> Array:
     place = np.arange(len(turned)) + room * np.repeat(np.arange(len(paths.step)), np.diff(paths.first))
     spread = np.zeros(int(place[-1]) + 1 + room)
     spread[place] = turned / np.repeat(paths.step, np.diff(paths.first))
-    return np.asarray(gaussian_filter1d(spread, _PACE.blur / _PACE.step, mode="constant")[place])
+    return np.asarray(ndimage.gaussian_filter1d(spread, _PACE.blur / _PACE.step, mode="constant")[place])
 
 
 def _pieces(paths: SampledPaths, bend: Array) -> tuple[Indices, Indices]:

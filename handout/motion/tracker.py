@@ -16,6 +16,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
+from handout.libraries import interpolate
 from handout.motion import covariance
 from handout.motion.banded import Chain, End, factorise
 from handout.values import Array
@@ -137,15 +138,13 @@ class Tracker:
         """A path on the grid of the solve, brought to the wanted number of steps by a spline."""
         if self.grid == self.steps:
             return coarse
-        from scipy.interpolate import make_interp_spline
-
         m = len(coarse) // self.grid
         coarse_times = (np.arange(m * self.grid) + 0.5) / self.grid
         wanted = (np.arange(m * self.steps) + 0.5) / self.steps
         start, end = _ENDS[self.ends]
         lowest = coarse_times[0] if start != "free" else -np.inf
         highest = coarse_times[-1] if end != "free" else np.inf
-        spline = make_interp_spline(coarse_times, coarse, k=min(5, 2 * ((len(coarse_times) - 1) // 2) - 1))
+        spline = interpolate.make_interp_spline(coarse_times, coarse, k=min(5, 2 * ((len(coarse_times) - 1) // 2) - 1))
         return np.asarray(spline(np.clip(wanted, lowest, highest)))
 
     def noise(self, rng: np.random.Generator, dimensions: int) -> Array:

@@ -26,6 +26,7 @@ from handout.colour.reading.patch_means import sample_grid
 from handout.colour.reading.scan_files import ScanRefused
 from handout.colour.report import grid_on
 from handout.errors import InputError
+from handout.libraries import cv2
 from handout.pipeline import calibrating
 from handout.pipeline.devices import list_devices
 from handout.pipeline.options import CalibrationPlace
@@ -216,8 +217,6 @@ def _pictures(reading: ChartReading, scans: Sequence[Path], folder: Path) -> tup
         pictures.append(facts)
     if pictures:
         return pictures, files
-    import cv2
-
     for path in scans[:_MOST_PICTURES]:
         with contextlib.suppress(ScanRefused):
             for scan in open_scans(path)[:1]:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from handout import atomic, units
 from handout.errors import InputError, MissingCharacters
+from handout.libraries import cv2
 from handout.pdf_forms import answers as answering
 from handout.pdf_forms import entries, filled
 from handout.pdf_forms.answers import Answers
@@ -219,8 +220,6 @@ class _Work:
 
     def _lay(self, answers: Answers, page: int, paper: NDArray[np.uint8], dpi: float) -> NDArray[np.uint8]:
         """A page of the form in place of a paper (h, w, 3)."""
-        import cv2
-
         ground, (height, width) = self.picture(answers, page, dpi), paper.shape[:2]
         if ground.shape[:2] == (height, width):
             return ground

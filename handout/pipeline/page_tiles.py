@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from handout.errors import InputError
 from handout.hand.scanned import ScannedPage
+from handout.libraries import cv2
 
 TILE = 512  # pixels of a side of a tile
 _LEVELS = 6  # the coarsest: an A3 page at 1200 dpi is one tile
@@ -45,14 +46,15 @@ class Tiles:
         return self._tile(level, column, row)
 
     def _draw_tile(self, level: int, column: int, row: int) -> bytes:
-        import cv2
-
         height, width = (-(-side // 2**level) for side in self._shape)
         left, top = column * TILE, row * TILE
         right, low = min(left + TILE, width), min(top + TILE, height)
         picture = self._ground(level, (left, top, right, low))
         if self._scan is not None and level < _SEEN:
-            picture += _FADED * (self._cut_scan(level, (left, top, right, low)) - picture)
+            part = self._scan.pixels[top * 2**level : low * 2**level, left * 2**level : right * 2**level]
+            if level:
+                part = np.asarray(cv2.resize(part, (right - left, low - top), interpolation=cv2.INTER_AREA))
+            picture += _FADED * (part.astype(np.float32) - picture)
         while len(self._smaller) < level:
             finer = self._smaller[-1] if self._smaller else self._texture.pixels
             self._smaller.append(_halve(finer, not self._smaller, self._texture.blue_first))
@@ -73,8 +75,6 @@ class Tiles:
 
     def _ground(self, level: int, box: tuple[int, int, int, int]) -> NDArray[np.float32]:
         """(h, w, 3) the paper of a square, blue first."""
-        import cv2
-
         left, top, right, low = box
         high, wide = self._paper.shape[:2]
         x = ((np.arange(left, right) + 0.5) * 2**level / self._shape[1] * wide - 0.5).astype(np.float32)
@@ -83,21 +83,9 @@ class Tiles:
         across, down = np.meshgrid(x, y)
         return np.asarray(cv2.remap(paper, across, down, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE))
 
-    def _cut_scan(self, level: int, box: tuple[int, int, int, int]) -> NDArray[np.float32]:
-        """(h, w, 3) the scan of a square, blue first."""
-        import cv2
-
-        assert self._scan is not None
-        left, top, right, low = box
-        part = self._scan.pixels[top * 2**level : low * 2**level, left * 2**level : right * 2**level]
-        size = (right - left, low - top)
-        return np.asarray(cv2.resize(part, size, interpolation=cv2.INTER_AREA) if level else part, dtype=np.float32)
-
 
 def _premultiply(part: Pixels, blue_first: bool) -> Pixels:
     """(h, w, 4) some straight pixels with blue first, their colours multiplied by their opacity."""
-    import cv2
-
     # the program does not care which colour is the first
     part = np.asarray(cv2.cvtColor(np.ascontiguousarray(part), cv2.COLOR_RGBA2mRGBA), dtype=np.uint8)
     return part if blue_first else np.ascontiguousarray(part[:, :, [2, 1, 0, 3]])
@@ -105,8 +93,6 @@ def _premultiply(part: Pixels, blue_first: bool) -> Pixels:
 
 def _halve(finer: Pixels, straight: bool, blue_first: bool) -> Pixels:
     """Half as large each way; `straight` pixels are laid first."""
-    import cv2
-
     height, width = finer.shape[:2]
     half = np.zeros((-(-height // 2), -(-width // 2), 4), dtype=np.uint8)
     for top in range(0, height, _ROWS):

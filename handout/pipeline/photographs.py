@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 from pathlib import Path
 
+from handout.libraries import cv2
 from handout.pipeline.results import Facts
 
 _SMALL = 320  # pixels of the longer side of a picture in a list: twice what a page shows; own choice
@@ -30,8 +31,6 @@ def look_at(path: Path) -> Facts:
 
     Raises InputError: it cannot be read whole.
     """
-    import cv2
-
     from handout.scanning.picture_files import read_picture
 
     pixels = read_picture(path).rgb

@@ -23,6 +23,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from handout.libraries import sparse
 from handout.values import Array
 
 if TYPE_CHECKING:
@@ -262,14 +263,12 @@ class CountTable:
 
 def count_table(counted: Sequence[Counter[str]], frequency: Mapping[str, float]) -> CountTable:
     """The matrix of counts; units that the target lacks are worth nothing and left out."""
-    from scipy.sparse import csr_array
-
     units = tuple(sorted(frequency))
     column = {unit: i for i, unit in enumerate(units)}
     entries = [(row, column[u], n) for row, count in enumerate(counted) for u, n in count.items() if u in column]
     rows, columns, values = np.array(entries, dtype=np.float64).reshape(-1, 3).T
     place = (rows.astype(np.intp), columns.astype(np.intp))
-    matrix = csr_array((values, place), shape=(len(counted), len(units)))
+    matrix = sparse.csr_array((values, place), shape=(len(counted), len(units)))
     return CountTable(units, matrix, np.array([frequency[unit] for unit in units], dtype=np.float64))
 
 

@@ -26,6 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.errors import DoesNotFit, InputError
+from handout.libraries import cv2, ndimage
 from handout.prompting.sheet_layout import Registration
 from handout.values import Array
 
@@ -182,8 +183,6 @@ def symbol(data: bytes, version: int) -> NDArray[np.bool_]:
 
 
 def _symbol(text: str, version: int) -> NDArray[np.bool_]:
-    import cv2
-
     vision: Any = cv2  # what is nested in classes has other names in the library's annotations
     parameters = vision.QRCodeEncoder_Params()
     parameters.version = version
@@ -203,8 +202,6 @@ def read_codes(
     grey: NDArray[np.uint8], registration: Registration, boxes: Array, versions: tuple[int, ...] = VERSIONS[::-1]
 ) -> list[bytes]:
     """What can be read of the codes in some boxes (n, 4) mm, each as bytes; `versions` that they may be of, in turn."""
-    import cv2
-
     contents: list[bytes] = []
     # blur away detail much finer than the finest module, at whose mercy single samples would be
     finest = (boxes[0, 2] - boxes[0, 0]) / side_modules(VERSIONS[-1]) * registration.dpi / 25.4
@@ -221,18 +218,17 @@ def read_codes(
 
 
 def _read_symbol(grey: NDArray[np.uint8], registration: Registration, box: Array, side: int) -> bytes | None:
-    from scipy.ndimage import convolve, gaussian_filter, maximum_filter, minimum_filter
-
     for grid in _grids(grey, registration, box, side):
         grey_modules = _sample_grey(grey, registration.pixels(grid.reshape(-1, 2)).reshape(side, side, 2))
         for strength in _SHARPEN:
             # take away what neighbours spilt into a module: at 150 dpi a module is no larger than the blur
             # dark is told against the neighbourhood: light falls off across a code, and ink is uneven
             modules = np.asarray(
-                grey_modules + strength * (grey_modules - convolve(grey_modules, _AROUND, mode="nearest"))
+                grey_modules + strength * (grey_modules - ndimage.convolve(grey_modules, _AROUND, mode="nearest"))
             )
-            low, high = minimum_filter(modules, 9, mode="nearest"), maximum_filter(modules, 9, mode="nearest")
-            text = _decode_symbol(np.asarray(modules < gaussian_filter((low + high) / 2, 2.0, mode="nearest")))
+            low = ndimage.minimum_filter(modules, 9, mode="nearest")
+            high = ndimage.maximum_filter(modules, 9, mode="nearest")
+            text = _decode_symbol(np.asarray(modules < ndimage.gaussian_filter((low + high) / 2, 2.0, mode="nearest")))
             data = from_base45(text) if text else None
             if data:
                 return data
@@ -277,8 +273,6 @@ def _fit_corner(
 
 def _sample_grey(grey: NDArray[np.uint8], pixels: Array) -> Array:
     """Grey at pixels (…, 2), linear between them; white outside the picture."""
-    import cv2
-
     flat = pixels.reshape(len(pixels), -1, 2).astype(np.float32)
     white = cv2.BORDER_CONSTANT
     values = cv2.remap(grey, flat[..., 0], flat[..., 1], cv2.INTER_LINEAR, borderMode=white, borderValue=255)
@@ -286,8 +280,6 @@ def _sample_grey(grey: NDArray[np.uint8], pixels: Array) -> Array:
 
 
 def _decode_symbol(black: NDArray[np.bool_]) -> str:
-    import cv2
-
     side = len(black)
     image = np.full((side + 2 * _QUIET,) * 2, 255, dtype=np.uint8)
     image[_QUIET:-_QUIET, _QUIET:-_QUIET] = np.where(black, 0, 255)

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.errors import InputError
+from handout.libraries import cv2
 from handout.prompting.sheet_codes import PARTS, PageRecord, join, read_codes, unpack
 from handout.prompting.sheet_layout import Registration, SheetLayout, in_grey, register
 from handout.values import Array, Page
@@ -91,8 +92,6 @@ def rectify(
     mm; white outside the picture.
     Raises InputError: a resolution outside its bounds.
     """
-    import cv2
-
     registration = sheet.registration if isinstance(sheet, DetectedSheet) else sheet
     wanted = registration.dpi if dpi is None else dpi
     if not _DPI[0] <= wanted <= _DPI[1]:

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from handout import markers, page_sizes
 from handout.errors import InputError
+from handout.libraries import cv2
 from handout.values import Array, Page, readonly
 
 MARK_SIZE = 8.0  # mm, of the black square
@@ -69,15 +70,11 @@ def corner_of_mark(number: int) -> tuple[Page, int] | None:
 @cache
 def mark_dictionary() -> Any:
     """All tags of the family."""
-    import cv2
-
     return cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_APRILTAG_36h11)
 
 
 def mark_cells(number: int) -> NDArray[np.bool_]:
     """(8, 8) bool: the cells of the mark of that number; True is black."""
-    import cv2
-
     return np.asarray(cv2.aruco.generateImageMarker(mark_dictionary(), number, MARK_CELLS) < 128)
 
 
@@ -266,8 +263,6 @@ def _check(registration: Registration) -> None:
 
 def in_grey(image: NDArray[np.uint8]) -> NDArray[np.uint8]:
     """The picture in shades of grey. Raises InputError: it is not (h, w) or (h, w, 3) of uint8, or it is empty."""
-    import cv2
-
     if image.dtype != np.uint8 or image.ndim not in (2, 3) or image.shape[2:] not in ((), (3,)) or not image.size:
         raise InputError(
             f"A picture is (h, w) or (h, w, 3) of uint8, and this is {image.shape} of {image.dtype}: convert it."
@@ -289,8 +284,6 @@ def _sheet(marks: list[tuple[int, Array]]) -> tuple[Page | None, Mapping[int, Ar
 
 def _fit(mm: Array, pixels: Array, marks: int) -> Array:
     """The homography, affinity or similarity (four, three, two marks) that takes mm to pixels best."""
-    import cv2
-
     if marks == 4:
         # least squares in pixels; the middle of the points as origin keeps it well conditioned
         matrix, _ = cv2.findHomography(mm, pixels, 0)

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from handout.libraries import optimize
 from handout.networks import log_softmax, one_thread
 from handout.reading import ctc
 from handout.reading.pictures import Floats, Reader
@@ -65,8 +66,6 @@ def adapted(
 
 def _change(begun: Array, change: Array, steps: Floats, targets: Floats, settings: AdaptationSettings) -> Array:
     """What is added to the weights (channels + 1, classes) to make the targets likely: softmax regression."""
-    from scipy.optimize import minimize
-
     share = targets.sum(axis=1, keepdims=True)
 
     def cost(flat: Array) -> tuple[float, Array]:
@@ -81,5 +80,5 @@ def _change(begun: Array, change: Array, steps: Floats, targets: Floats, setting
         return float(-np.vdot(targets, logs) + 0.5 * settings.penalty * np.vdot(more, more)), slope.ravel()
 
     options = {"maxiter": settings.iterations}
-    found = minimize(cost, change.ravel(), jac=True, method="L-BFGS-B", options=options)
+    found = optimize.minimize(cost, change.ravel(), jac=True, method="L-BFGS-B", options=options)
     return np.asarray(found.x.reshape(begun.shape), dtype=np.float64)

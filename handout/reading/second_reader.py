@@ -16,9 +16,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from handout.alphabet import JUNK, LETTERS, fold
+from handout.libraries import cv2
 from handout.reading.pictures import PictureReading
 from handout.reading.word_space import ABOVE, X_HEIGHT, normalised
 from handout.values import Array, Indices
@@ -51,9 +51,14 @@ class SecondReader:
         return [self._read(picture) for picture in pictures]
 
     def _read(self, picture: Array) -> PictureReading:
-        import cv2
-
-        shown = _shown(normalised(picture))
+        # the rows with ink, at least those of small letters, and some paper around
+        ink = normalised(picture)
+        inked = np.flatnonzero(ink.max(axis=1) > 0)
+        top = min(inked[0] if len(inked) else ABOVE, ABOVE - X_HEIGHT) - _ROOM[0]
+        bottom = max(inked[-1] + 1 if len(inked) else ABOVE, ABOVE) + _ROOM[0]
+        around = np.pad(ink, ((_ROOM[0], _ROOM[0]), (_ROOM[1], _ROOM[1])))[top + _ROOM[0] : bottom + _ROOM[0]]
+        width = max(round(around.shape[1] * _HEIGHT / around.shape[0]), 1)
+        shown = np.asarray(cv2.resize(around, (width, _HEIGHT), interpolation=cv2.INTER_LINEAR))
         self.network.setInput(np.broadcast_to(2 * (1 - shown) - 1, (1, 3, *shown.shape)).astype(np.float32))
         threads = cv2.getNumThreads()
         cv2.setNumThreads(1)  # sums depend on how they are parted
@@ -63,18 +68,6 @@ class SecondReader:
             cv2.setNumThreads(threads)
         likely = np.add.reduceat(seen[:, self.order], self.starts, axis=1)
         return PictureReading(np.log(likely + _FLOOR), self.letters, 1.0)
-
-
-def _shown(picture: NDArray[np.float32]) -> NDArray[np.float32]:
-    """(_HEIGHT, w): the rows of a picture with ink, at least those of small letters, and some paper around."""
-    import cv2
-
-    inked = np.flatnonzero(picture.max(axis=1) > 0)
-    top = min(inked[0] if len(inked) else ABOVE, ABOVE - X_HEIGHT) - _ROOM[0]
-    bottom = max(inked[-1] + 1 if len(inked) else ABOVE, ABOVE) + _ROOM[0]
-    around = np.pad(picture, ((_ROOM[0], _ROOM[0]), (_ROOM[1], _ROOM[1])))[top + _ROOM[0] : bottom + _ROOM[0]]
-    width = max(round(around.shape[1] * _HEIGHT / around.shape[0]), 1)
-    return np.asarray(cv2.resize(around, (width, _HEIGHT), interpolation=cv2.INTER_LINEAR))
 
 
 def find() -> Path | None:
@@ -87,8 +80,6 @@ def find() -> Path | None:
 @lru_cache(maxsize=1)
 def load() -> SecondReader | None:
     """The reader, or None where it is not installed, or OpenCV does not know its network."""
-    import cv2
-
     path = find()
     if path is None:
         return None

@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from handout.libraries import cv2
 from handout.values import Array, Indices
 
 X_HEIGHT = 12  # pixels
@@ -42,8 +43,6 @@ def drawn(places: Array, radius: Array, edges: Indices) -> Array:
     radius : (n,) half the width of the line, the same.
     edges : (m, 2) int, pairs of places.
     """
-    import cv2
-
     if not len(places):
         return np.zeros((HEIGHT, 1))
     up = _press_heights(places[:, 1], float(radius.max()))

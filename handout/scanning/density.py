@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from handout.libraries import interpolate, ndimage
 from handout.scanning.inks import PageInks
 from handout.scanning.scan import Scan
 from handout.values import Array, readonly
@@ -45,9 +46,7 @@ class Scale:
 
         Source: seed 000, §5.1.1: cumulative distribution of a kernel density estimate.
         """
-        from scipy.ndimage import gaussian_filter1d
-
-        smooth = gaussian_filter1d(self.counts, _KERNEL / (_TOP / _STEPS), mode="reflect")
+        smooth = ndimage.gaussian_filter1d(self.counts, _KERNEL / (_TOP / _STEPS), mode="reflect")
         share = np.concatenate([[0.0], np.cumsum(smooth)])
         at = np.linspace(0, _TOP, _STEPS + 1)
         return np.asarray(np.clip(np.interp(level, at, share) / np.interp(1.0, at, share), 0, MOST))
@@ -104,12 +103,9 @@ def density_table(inks: PageInks, scale: Scale, rgb: NDArray[np.uint8]) -> NDArr
 
     Source: seed 000, §5.1.1 (thin plate spline from RGB to density).
     """
-    from scipy.interpolate import RBFInterpolator
-    from scipy.ndimage import maximum_filter
-
     points = _sample(inks, rgb)
     densities = scale.density(np.clip(inks.levels(points).max(axis=-1), 0, None))
-    spline = RBFInterpolator(points, densities, kernel="thin_plate_spline", smoothing=1e-6)
+    spline = interpolate.RBFInterpolator(points, densities, kernel="thin_plate_spline", smoothing=1e-6)
     axis = np.linspace(0, 1, _CELLS + 1)
     lattice = np.stack(np.meshgrid(axis, axis, axis, indexing="ij"), axis=-1).reshape(-1, 3)
     level = inks.levels(lattice).max(axis=-1)
@@ -118,7 +114,7 @@ def density_table(inks: PageInks, scale: Scale, rgb: NDArray[np.uint8]) -> NDArr
     low = np.minimum(rgb[::3, ::3].astype(np.uint16) * _CELLS // 255, _CELLS - 1)
     used = np.zeros((_CELLS + 1,) * 3, dtype=bool)
     used[low[..., 0], low[..., 1], low[..., 2]] = True
-    in_use = (level > 0) & np.asarray(maximum_filter(used, size=2, origin=(0, 0, 0))).ravel()
+    in_use = (level > 0) & np.asarray(ndimage.maximum_filter(used, size=2, origin=(0, 0, 0))).ravel()
     table[in_use] = np.clip(spline(lattice[in_use]), 0, MOST)
     return np.asarray(table.reshape(_CELLS + 1, _CELLS + 1, _CELLS + 1), dtype=np.float32)
 
@@ -140,13 +136,11 @@ def look_up(table: NDArray[np.float32], rgb: NDArray[np.uint8]) -> NDArray[np.fl
 
     Only colours with ink in one of the eight corners of their cell are worked out: paper has none.
     """
-    from scipy.ndimage import maximum_filter
-
     cells = table.shape[0] - 1
     where = rgb.astype(np.uint16) * cells  # in 255ths of a cell
     low = np.minimum(where // 255, cells - 1)
     # (cells, cells, cells) bool: any corner of the cell has ink
-    with_ink = np.asarray(maximum_filter(table > 0, size=2, origin=(-1, -1, -1))[:-1, :-1, :-1])
+    with_ink = np.asarray(ndimage.maximum_filter(table > 0, size=2, origin=(-1, -1, -1))[:-1, :-1, :-1])
     inky = with_ink[low[..., 0], low[..., 1], low[..., 2]]
     result = np.zeros(rgb.shape[:-1], dtype=np.float32)
     corner = low[inky].astype(np.intp)

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from handout.libraries import csgraph, ndimage, sparse
 from handout.values import Array, Indices
 
 _FINE = 256  # capacities are whole numbers of 1/256: of 1/16 they mislabel
@@ -85,10 +86,8 @@ def _cut_graph(
     weights: Weights,
     paint: NDArray[np.int8] | None,
 ) -> NDArray[np.bool_]:
-    from scipy.ndimage import label
-
     height, width = domain.shape
-    pieces, count = label(domain)
+    pieces, count = ndimage.label(domain)
     inside = np.flatnonzero(domain)
     piece = pieces.ravel()[inside]
     inside = inside[np.argsort(piece, kind="stable")]
@@ -167,11 +166,8 @@ def minimum_cut(cost: Array, a: Indices, b: Indices, price: Array) -> NDArray[np
 def _cut_tied(whole: NDArray[np.int32], a: Indices, b: Indices, walls: NDArray[np.int32]) -> NDArray[np.bool_]:
     """`minimum_cut` in whole numbers, what nothing ties together apart: flows take longer than their sum where several
     are sought at once."""
-    from scipy.sparse import csr_matrix
-    from scipy.sparse.csgraph import breadth_first_order, connected_components, maximum_flow
-
     shape = len(whole), len(whole)
-    piece = connected_components(csr_matrix((walls, (a, b)), shape=shape), directed=False)[1]
+    piece = csgraph.connected_components(sparse.csr_matrix((walls, (a, b)), shape=shape), directed=False)[1]
     size = np.bincount(piece)
     part = np.unique(((np.cumsum(size) - size) // _APART)[piece], return_inverse=True)[1]
     # the nodes of a part are followed by its source and its sink; the last leads to all sources
@@ -185,13 +181,13 @@ def _cut_tied(whole: NDArray[np.int32], a: Indices, b: Indices, walls: NDArray[n
     back = np.concatenate([walls, np.zeros(len(gain) + len(loss), np.int32), np.ones(len(count), np.int32)])
     capacity = np.concatenate([walls, -whole[gain], whole[loss], back])
     ends = np.concatenate([first, second, np.full(len(count), last)]), np.concatenate([second, first, sources])
-    left = csr_matrix((capacity, ends), shape=(last + 1, last + 1))
+    left = sparse.csr_matrix((capacity, ends), shape=(last + 1, last + 1))
     for start, source in zip((sources - count).tolist(), sources.tolist(), strict=True):
         at, edges = left.indptr[start : source + 3], slice(left.indptr[start], left.indptr[source + 2])
         nodes = source + 2 - start
-        one = csr_matrix((left.data[edges], left.indices[edges] - start, at - at[0]), shape=(nodes, nodes))
-        left.data[edges] -= maximum_flow(one, nodes - 2, nodes - 1).flow.data
+        one = sparse.csr_matrix((left.data[edges], left.indices[edges] - start, at - at[0]), shape=(nodes, nodes))
+        left.data[edges] -= csgraph.maximum_flow(one, nodes - 2, nodes - 1).flow.data
     left.eliminate_zeros()
     reached = np.zeros(last + 1, dtype=bool)
-    reached[breadth_first_order(left, last, return_predecessors=False)] = True
+    reached[csgraph.breadth_first_order(left, last, return_predecessors=False)] = True
     return reached[place]

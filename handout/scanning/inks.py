@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.hues import kinds
+from handout.libraries import cv2
 from handout.scanning.checks import blank_page
 from handout.scanning.scan import Scan
 from handout.values import Array
@@ -73,8 +74,6 @@ def find_inks(scan: Scan) -> PageInks:
 
     Source: seed 000, §5.1.1; the colour of ink is that of the middle of strokes, not the second mode.
     """
-    import cv2
-
     paper = paper_mode(scan)
     # (h, w) float32: distance from the paper's colour, a little blurred
     away = np.empty(scan.shape, dtype=np.float32)

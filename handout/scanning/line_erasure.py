@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from handout.libraries import cv2, interpolate, ndimage
 from handout.scanning.printed_lines import find_printed_lines
 from handout.scanning.scan import Scan
 from handout.values import Array
@@ -93,31 +94,30 @@ class _Followed:
 
 def _follow_line(rgb: NDArray[np.uint8], at: float, slope: float, pixel: float) -> _Followed | None:
     """The line near a straight way, `at` mm from the top in the middle of the picture; None if there is none."""
-    from scipy.ndimage import grey_closing, median_filter, uniform_filter1d
-
     width = rgb.shape[1]
     column = np.arange(width)
     straight = (at + slope * (column + 0.5 - width / 2) * pixel) / pixel - 0.5
     reach = round(_ERASURE.reach / pixel)
     offsets = np.arange(-reach, reach + 1)
     # screened lines are rows of dots
-    light = uniform_filter1d(_rows(rgb, straight, offsets).mean(axis=-1), _ERASURE.screen, axis=1)
+    light = ndimage.uniform_filter1d(_rows(rgb, straight, offsets).mean(axis=-1), _ERASURE.screen, axis=1)
     blocks = np.array_split(column, max(2, round(width * pixel / _ERASURE.block)))
     # (blocks, offsets): a line is as dark in most columns, the feet of a row of letters are not
     profile = np.stack([np.percentile(light[:, block], _ERASURE.most, axis=1) for block in blocks])
     # how much darker each place is than what lies on both sides of it, as a line is and the body of a letter is not
-    dip = grey_closing(profile, size=(1, 2 * round(_ERASURE.thickest / pixel) + 1)) - profile
-    usual = offsets[uniform_filter1d(dip, _ERASURE.together, axis=0, mode="nearest").argmax(axis=1)]
+    dip = ndimage.grey_closing(profile, size=(1, 2 * round(_ERASURE.thickest / pixel) + 1)) - profile
+    usual = offsets[ndimage.uniform_filter1d(dip, _ERASURE.together, axis=0, mode="nearest").argmax(axis=1)]
     near = np.where(np.abs(offsets - usual[:, None]) <= max(1.0, _ERASURE.jump / pixel), dip, 0)
     place = (near @ offsets) / np.maximum(near.sum(axis=1), 1e-6)
     depth = near.max(axis=1)
     shown = depth > max(_ERASURE.weak * np.percentile(depth, _ERASURE.clear), _ERASURE.faintest)
-    shown &= np.abs(place - median_filter(usual.astype(np.float64), 7)) <= max(1.5, 2 * _ERASURE.jump / pixel)
+    shown &= np.abs(place - ndimage.median_filter(usual.astype(np.float64), 7)) <= max(1.5, 2 * _ERASURE.jump / pixel)
     if shown.mean() < _ERASURE.seen:
         return None
     bare = tuple(blocks[k] for k in np.flatnonzero(shown))
     way = straight + np.interp(column, [block.mean() for block in bare], place[shown])
-    middle = uniform_filter1d(_rows(rgb, way, np.arange(-1, 2)).mean(axis=-1), _ERASURE.screen, axis=1).min(axis=0)
+    grey = _rows(rgb, way, np.arange(-1, 2)).mean(axis=-1)
+    middle = ndimage.uniform_filter1d(grey, _ERASURE.screen, axis=1).min(axis=0)
     darkness = np.percentile(light, 75) - middle
     own = float(np.median(darkness[np.concatenate(bare)]))
     # lines are printed evenly; a row of letters is dark and light by turns
@@ -146,16 +146,12 @@ def _take_out(rgb: NDArray[np.uint8], line: _Followed, pixel: float) -> bool:
 
 def _ink_on_line(strip: NDArray[np.float32], blocks: tuple[NDArray[np.int_], ...]) -> NDArray[np.bool_]:
     """(rows, w) bool: what is ink in a strip (rows + 4, w, 3) of a line and two pixels to either side of it."""
-    import cv2
-    from scipy.interpolate import interp1d
-    from scipy.ndimage import percentile_filter, uniform_filter1d
-
     own = strip[2:-2]
     line = np.stack([np.median(own[:, block], axis=1) for block in blocks], axis=1)  # (rows, blocks, 3)
-    line = percentile_filter(line, _ERASURE.bare, size=(1, _ERASURE.beside, 1), mode="nearest")
+    line = ndimage.percentile_filter(line, _ERASURE.bare, size=(1, _ERASURE.beside, 1), mode="nearest")
     middles, ends = [block.mean() for block in blocks], (line[:, 0], line[:, -1])
-    bare = interp1d(middles, line, axis=1, bounds_error=False, fill_value=ends)(np.arange(strip.shape[1]))
-    darker = uniform_filter1d(bare - own, _ERASURE.grain, axis=1)
+    bare = interpolate.interp1d(middles, line, axis=1, bounds_error=False, fill_value=ends)(np.arange(strip.shape[1]))
+    darker = ndimage.uniform_filter1d(bare - own, _ERASURE.grain, axis=1)
     spread = 1.48 * np.median(np.abs(darker), axis=(1, 2), keepdims=True)
     paper = np.percentile(strip[[0, 1, -2, -1]], 75, axis=(0, 1))
     dark = np.asarray((paper - strip > _ERASURE.beyond).any(axis=2), dtype=np.uint8)

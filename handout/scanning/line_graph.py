@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.branching import branches
+from handout.libraries import cv2, sparse
 from handout.scanning.density import Density
 from handout.scanning.mask import Mask
 from handout.scanning.scan import Scan
@@ -58,8 +59,6 @@ def find_line_graph(scan: Scan, mask: Mask, density: Density) -> LineGraph:
 
     Its `xy` and `radius` are in mm on the page, `uv` in pixels of the scan (0 is the middle of the first pixel).
     """
-    import cv2
-
     ink = fill_holes(mask.ink, scan.dpi)
     away = cv2.distanceTransform(ink.astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
     inside = np.asarray(away, dtype=np.float32)
@@ -151,8 +150,6 @@ def _find_neighbours(edges: Indices, count: int) -> tuple[Indices, Indices]:
 
 def sample_image(image: NDArray[np.float32], xy: Array) -> Array:
     """Values (…,) of an image at places (…, 2) in pixels, bilinear."""
-    import cv2
-
     flat = xy.reshape(-1, 2).astype(np.float32)
     values = np.empty(len(flat), dtype=np.float32)
     for start in range(0, len(flat), 30_000):  # remap takes no side above 32767
@@ -236,12 +233,11 @@ def _solve_places(
     xy: Array, inner: Indices, normal: Array, offset: Array, sure: Array, bends: Indices, stiff: float
 ) -> Array:
     """The places that are nearest to the middles found and bend least: one sparse linear system."""
-    from scipy.sparse import coo_matrix
     from scipy.sparse.linalg import splu
 
     n = len(xy)
     rows = np.repeat(np.arange(len(bends)), 3)
-    second = coo_matrix((np.tile([1.0, -2.0, 1.0], len(bends)), (rows, bends.ravel())), shape=(len(bends), n))
+    second = sparse.coo_matrix((np.tile([1.0, -2.0, 1.0], len(bends)), (rows, bends.ravel())), shape=(len(bends), n))
     bend = (stiff**4 * (second.T @ second)).tocoo()
     x, y = normal.T
     anchors = np.full(n, _FIT.hold)
@@ -255,7 +251,7 @@ def _solve_places(
         (sure * x * y, inner + n, inner),
     ]
     data, row, col = (np.concatenate(column) for column in zip(*parts, strict=True))
-    matrix = coo_matrix((data, (row, col)), shape=(2 * n, 2 * n)).tocsc()
+    matrix = sparse.coo_matrix((data, (row, col)), shape=(2 * n, 2 * n)).tocsc()
     goal = _FIT.hold * xy.T.ravel()
     targets = (xy[inner] * normal).sum(axis=1) + offset
     np.add.at(goal, inner, sure * x * targets)

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.errors import InputError
+from handout.libraries import cv2
 from handout.scanning.checks import refuse_bad_strokes
 from handout.scanning.density import Density
 from handout.scanning.graph_cut import Weights, least_cut
@@ -79,8 +80,6 @@ def find_mask(scan: Scan, inks: PageInks, density: Density, pen: str | None = No
 
 def cut_ink(scan: Scan, density: Density, weights: Weights) -> NDArray[np.bool_]:
     """(h, w) bool: the ink of least cost, looked for where there may be any and a little around."""
-    import cv2
-
     kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * _AROUND + 1, 2 * _AROUND + 1))
     domain = np.asarray(cv2.dilate((density.values > 0).astype(np.uint8), kernel).astype(bool))
     return least_cut(scan.rgb, density.values, domain, weights)
@@ -105,8 +104,6 @@ def hysteresis(values: NDArray[np.float32], density: Density) -> NDArray[np.bool
 
 def stroke_width(ink: NDArray[np.bool_]) -> float:
     """Usual width of strokes, pixels: twice the median distance of their middles from the edge; 0 without ink."""
-    import cv2
-
     inside = np.asarray(cv2.distanceTransform(ink.astype(np.uint8), cv2.DIST_L2, 5), dtype=np.float32)
     core = inside[1:-1, 1:-1] > 0
     for ahead, behind in ((inside[2:, 1:-1], inside[:-2, 1:-1]), (inside[1:-1, 2:], inside[1:-1, :-2])):
@@ -123,8 +120,6 @@ def without_specks(ink: NDArray[np.bool_], density: Density, stroke: float, dpi:
 
     A sheet that lies a little askew shows its edge round a corner of the picture: such a piece goes, too.
     """
-    import cv2
-
     count, labels, stats, _ = cv2.connectedComponentsWithStats(ink.astype(np.uint8), connectivity=8)
     least = max(_DUST / 25.4**2 * dpi**2, 0.5 * np.pi / 4 * stroke**2)
     keep = stats[:, cv2.CC_STAT_AREA] >= least
@@ -162,8 +157,6 @@ def smooth(mask: NDArray[np.bool_], passes: int = 2) -> NDArray[np.bool_]:
 
 def signed_distance(mask: NDArray[np.bool_]) -> NDArray[np.float32]:
     """(h, w) float32: distance from the edge of the ink, pixels, negative inside."""
-    import cv2
-
     ink = mask.astype(np.uint8)
     inside = cv2.distanceTransform(ink, cv2.DIST_L2, 5)
     outside = cv2.distanceTransform(1 - ink, cv2.DIST_L2, 5)

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from handout.libraries import cv2
 from handout.scanning.inks import PageInks
 from handout.scanning.mask import Mask
 from handout.scanning.scan import Scan
@@ -42,8 +43,6 @@ def find_matte(scan: Scan, mask: Mask, inks: PageInks, *, pale: bool = False) ->
 
     pale : the page has marks beside its ink that are none: what lies further from ink than its blurred edge is paper.
     """
-    import cv2
-
     size = 2 * max(1, round(scan.pixels(_GROW))) + 1
     kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size))
     around = np.asarray(cv2.dilate(mask.ink.astype(np.uint8), kernel), dtype=np.uint8)
@@ -83,8 +82,6 @@ def fill_smooth(rgb: NDArray[np.uint8], hole: NDArray[np.uint8]) -> NDArray[np.u
 
     For paper without a pattern; the time does not depend on the size of the holes.
     """
-    import cv2
-
     levels = [(rgb.astype(np.float32), 1 - hole.astype(np.float32))]
     levels[0][0][hole > 0] = 0
     while min(levels[-1][1].shape) > 2 and levels[-1][1].min() == 0:

@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.errors import InputError
+from handout.libraries import cv2
 from handout.scanning.checks import LEAST_DPI, MOST_DPI, has_plausible_dpi
 from handout.scanning.picture_files import is_pdf, read_picture
 from handout.scanning.scan import FilePicture
@@ -86,8 +87,6 @@ def outline(rgb: NDArray[np.uint8]) -> list[Array | None]:
 
     Each is (2, 2): a point on it, pixels of the picture, and its direction.
     """
-    import cv2
-
     factor = min(1.0, _OUTLINE.long / max(rgb.shape[:2]))
     small = np.asarray(cv2.resize(rgb, None, fx=factor, fy=factor, interpolation=cv2.INTER_AREA))
     grey = np.asarray(cv2.morphologyEx(small.max(axis=2), cv2.MORPH_CLOSE, np.ones((15, 15), np.uint8)))
@@ -119,8 +118,6 @@ def outline(rgb: NDArray[np.uint8]) -> list[Array | None]:
 
 def _sheet(grey: NDArray[np.uint8]) -> NDArray[np.uint8] | None:
     """(h, w) uint8: the largest bright piece, if it stands out and is large enough."""
-    import cv2
-
     bright = np.asarray(cv2.threshold(grey, 0, 1, cv2.THRESH_BINARY | cv2.THRESH_OTSU)[1])
     if not bright.any() or bright.all():
         return None
@@ -308,8 +305,6 @@ def _read_only(rgb: NDArray[np.uint8]) -> NDArray[np.uint8]:
 
 def _straighten_sheet(rgb: NDArray[np.uint8], outlined: Sequence[Array | None]) -> NDArray[np.uint8]:
     """The sheet alone, (h, w, 3), its sides the edges of the picture; all four of its outline are known."""
-    import cv2
-
     sides = [side for side in outlined if side is not None]
     # the corners, clockwise from the upper left: each where a side meets the one before
     corners = np.array([_meeting_point(sides[k - 1], sides[k]) for k in range(4)])

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from handout.libraries import cv2
 from handout.scanning.scan import Scan
 
 
@@ -50,8 +51,6 @@ class BarePaper:
 
     def rows(self, start: int, stop: int) -> NDArray[np.float32]:
         """(stop − start, w, 3) float32: the paper under these rows of the scan."""
-        import cv2
-
         height, width = self.shape
         scale = self.coarse.shape[0] / height, self.coarse.shape[1] / width
         y = ((np.arange(start, stop) + 0.5) * scale[0] - 0.5).astype(np.float32)
@@ -62,8 +61,6 @@ class BarePaper:
 
 def find_paper(scan: Scan) -> BarePaper:
     """The paper of a scan, with the ink taken off."""
-    import cv2
-
     small, dpi = _small(scan)
     size = _odd(_PAPER.stroke * dpi / 25.4)
     closed = np.asarray(cv2.morphologyEx(small, cv2.MORPH_CLOSE, np.ones((size, size), np.uint8)), dtype=np.uint8)
@@ -102,8 +99,6 @@ def crop(scan: Scan) -> Scan:
     the paper, and it changes there as an edge does: a shadow falls off slowly, and there may be writing in it.  Nothing
     is cut where the paper reaches the edge.
     """
-    import cv2
-
     small, dpi = _small(scan)
     size = _odd(1.2 * dpi / 25.4)
     kernel = np.ones((size, size), dtype=np.uint8)
@@ -147,8 +142,6 @@ def _sharp(first: int, usual: NDArray[np.float32]) -> int:
 
 def _small(scan: Scan) -> tuple[NDArray[np.uint8], float]:
     """The scan at about 50 dpi, and its resolution there."""
-    import cv2
-
     factor = max(1.0, scan.dpi / _PAPER.dpi)
     size = (max(1, round(scan.shape[1] / factor)), max(1, round(scan.shape[0] / factor)))
     return np.asarray(cv2.resize(scan.rgb, size, interpolation=cv2.INTER_AREA)), scan.dpi / factor

@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.errors import InputError
+from handout.libraries import cv2
 from handout.scanning.checks import (
     check_dpi,
     has_plausible_dpi,
@@ -239,8 +240,6 @@ def scan_of(picture: FilePicture, dpi: float | None = None, *, guess: bool = Fal
     else:
         dpi, told = likely_dpi(picture.rgb.shape), None
     scan = Scan(picture.rgb, float(dpi), picture.source, told)
-    import cv2
-
     if scan.dpi <= _FINE:
         return scan
     size = (round(scan.shape[1] * ENOUGH_DPI / scan.dpi), round(scan.shape[0] * ENOUGH_DPI / scan.dpi))

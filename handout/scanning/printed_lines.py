@@ -16,6 +16,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
+from handout.libraries import cv2
 from handout.peaks import peaks
 from handout.values import Array, Indices
 
@@ -123,8 +124,6 @@ def find_printed_lines(rgb: NDArray[np.uint8], width: float, height: float) -> P
 
 def _light_taken(rgb: NDArray[np.uint8], width: float, height: float) -> NDArray[np.float32]:
     """(h, w, 3): the share of light that is missing in what runs across, against the paper above and below."""
-    import cv2
-
     size = (max(8, round(width * _SEARCH.scale)), max(8, round(height * _SEARCH.scale)))
     kind = cv2.INTER_AREA if size[0] < rgb.shape[1] else cv2.INTER_LINEAR
     small = np.asarray(cv2.resize(rgb, size, interpolation=kind), dtype=np.uint8)
@@ -384,8 +383,6 @@ def find_print(
     rgb: NDArray[np.uint8], width: float, height: float, lines: PrintedSheet | None = None
 ) -> NDArray[np.bool_]:
     """(height, width), a cell a mm: where a sheet is printed on, or punched; `lines` of it are to be written on."""
-    import cv2
-
     size = (max(8, round(width * _AREA_SEARCH.scale)), max(8, round(height * _AREA_SEARCH.scale)))
     small = np.asarray(cv2.resize(rgb, size, interpolation=cv2.INTER_AREA), dtype=np.float32)
     # (h, w, 3): the bare sheet, as it is lit
@@ -419,8 +416,6 @@ def find_print(
 
 def _stray_lines(ink: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """(h, w): thin level and upright lines, such as are left of squares that bend with their sheet."""
-    import cv2
-
     long, thick = (2 * round(side * _AREA_SEARCH.scale / 2) + 1 for side in _AREA_SEARCH.stray)
     pixels = ink.astype(np.uint8)
 
@@ -452,8 +447,6 @@ def free_area(printed: NDArray[np.bool_], within: Area) -> Area | None:
     Rectangles of ones are found from the heights of the columns of ones over each row: on a stack of rising
     heights every rectangle that cannot be widened is met once.
     """
-    import cv2
-
     left, top, right, bottom = within
     clear = np.ones((2 * _AREA_SEARCH.above + 1, 2 * _AREA_SEARCH.beside + 1), np.uint8)
     free = cv2.dilate(printed.astype(np.uint8), clear)[round(top) : round(bottom), round(left) : round(right)] == 0

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from handout.libraries import cv2
 from handout.summary import one_line
 
 
@@ -75,8 +76,6 @@ class Scan:
 
     def enlarge(self, factor: int) -> Scan:
         """The scan with so many times the pixels, each way; places in it count in these pixels."""
-        import cv2
-
         rgb = cv2.resize(self.rgb, None, fx=factor, fy=factor, interpolation=cv2.INTER_CUBIC)
         x, y = self.origin
         return Scan(

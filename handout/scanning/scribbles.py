@@ -20,6 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from handout.libraries import cv2
 from handout.scanning.graph_cut import field_cut
 from handout.scanning.mask import PENS
 from handout.scanning.matting import fill_smooth
@@ -76,8 +77,6 @@ class PageWindow:
     def contrast(self) -> tuple[Floats, Array]:
         """(h, w, 3) the difference of each colour from the paper around it, and (3,) that of the page's ink."""
         # (h, w, 3) the paper: what lies around the ink, without anything as thin as a stroke
-        import cv2
-
         hole = _grow_mask(self.ink, 2 * self.half).astype(np.uint8)
         filled = fill_smooth(self.rgb, hole)
         step = max(2, round(self.half))
@@ -203,8 +202,6 @@ def _features(window: PageWindow) -> Floats:
 
     Colour is how far it lies beside the way from paper to ink, in two directions, as a share of that way.
     """
-    import cv2
-
     away, usual = window.contrast()
     size = float(usual @ usual)
     level = _soft(away @ (usual / size).astype(np.float32), window.half / 2)
@@ -222,15 +219,11 @@ def _features(window: PageWindow) -> Floats:
 
 
 def _soft(values: Floats, half: float) -> Floats:
-    import cv2
-
     return np.asarray(cv2.GaussianBlur(values, (0, 0), max(_SETTINGS.soft * half, 0.3)), dtype=np.float32)
 
 
 def _darkest(values: Floats, half: float) -> Floats:
     """(h, w): the greatest value within a stroke's reach."""
-    import cv2
-
     size = 2 * max(1, round(_SETTINGS.reach * half)) + 1
     return np.asarray(
         cv2.dilate(values, np.asarray(cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size)), dtype=np.uint8)),
@@ -239,8 +232,6 @@ def _darkest(values: Floats, half: float) -> Floats:
 
 
 def _grow_mask(mask: Bools, by: float) -> Bools:
-    import cv2
-
     if not mask.any():
         return mask
     # of wide discs a dilation takes a hundred times as long
@@ -249,8 +240,6 @@ def _grow_mask(mask: Bools, by: float) -> Bools:
 
 def _pieces_under(mask: Bools, places: Bools) -> Bools:
     """The pieces of a mask (h, w) that lie under some places."""
-    import cv2
-
     count, labels = cv2.connectedComponents(mask.astype(np.uint8), connectivity=8)
     under = np.zeros(count, dtype=bool)
     under[labels[places & mask]] = True

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.branching import branches, number_pieces
+from handout.libraries import cv2
 from handout.values import Array, Indices
 
 _ROUNDS = 3  # taking off a spur can expose another
@@ -27,8 +28,6 @@ _BRIDGE = 1.5  # half widths: a shorter one is a crossing
 
 def fill_holes(ink: NDArray[np.bool_], dpi: float) -> NDArray[np.bool_]:
     """The mask without pinholes, which would become loops."""
-    import cv2
-
     least = max(1, round(_HOLE * (dpi / 300) ** 2))
     count, labels, stats, _ = cv2.connectedComponentsWithStats((~ink).astype(np.uint8), connectivity=4)
     small = stats[:count, cv2.CC_STAT_AREA] <= least

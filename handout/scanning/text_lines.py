@@ -16,6 +16,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from handout.libraries import cv2, ndimage
 from handout.peaks import peaks
 from handout.scanning.baselines import (
     LEAST_EDGES,
@@ -110,12 +111,10 @@ def find_text_lines(mask: NDArray[np.bool_], dpi: float, count: int | None = Non
 
 def _profile(levels: Array, sigma: float) -> tuple[Array, float]:
     """Edges per `_BIN` of height, smoothed by `sigma` mm, with empty rows around; and the level of the first bin."""
-    from scipy.ndimage import gaussian_filter1d
-
     first = float(levels.min()) - 6.0
     at = ((levels - first) / _BIN).astype(np.intp)
     counts = np.bincount(at, minlength=int(at.max()) + int(6.0 / _BIN)).astype(np.float64)
-    return np.asarray(gaussian_filter1d(counts, sigma / _BIN, mode="constant")), first
+    return np.asarray(ndimage.gaussian_filter1d(counts, sigma / _BIN, mode="constant")), first
 
 
 def _capped(profile: Array) -> Array:
@@ -207,8 +206,6 @@ def _trace(
     edges: Array, middle: float, slope: float, slopes: Array, usual_slope: float, spread: float, pitch: float
 ) -> tuple[float, float]:
     """The band that holds most left edges (n, 2): its level at x = 0 and its slope, one of `slopes`."""
-    from scipy.ndimage import gaussian_filter1d
-
     u, y = edges.T
     core = np.abs(y - middle - slope * u) < 0.3 * pitch
     if not core.any():
@@ -221,7 +218,8 @@ def _trace(
         residual = (y - middle - slope * u_mean - trial * (u - u_mean)) / _BIN
         at = np.rint(residual[np.abs(residual) < half]).astype(np.intp) + half
         counts = np.bincount(at, minlength=2 * half + 1).astype(np.float64)
-        counts = gaussian_filter1d(counts, 0.13 * pitch / _BIN) * np.exp(-0.5 * ((trial - usual_slope) / spread) ** 2)
+        counts = ndimage.gaussian_filter1d(counts, 0.13 * pitch / _BIN)
+        counts *= np.exp(-0.5 * ((trial - usual_slope) / spread) ** 2)
         within = counts[half // 2 : -(half // 2)]
         peak = int(np.argmax(within))
         if within[peak] > best:
@@ -290,8 +288,6 @@ def line_owners(mask: NDArray[np.bool_], lines: Sequence[PixelBaseline]) -> NDAr
     mask : (h, w) bool, where there is ink.
     lines : at least one.
     """
-    import cv2
-
     count, label, stats, _ = cv2.connectedComponentsWithStats(mask.astype(np.uint8), connectivity=8)
     y, x = np.nonzero(mask)
     component = label[y, x]

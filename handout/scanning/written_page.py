@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from handout.branching import branches
 from handout.errors import InputError
+from handout.libraries import cv2
 from handout.scanning.checks import PALE, check_pale_marks, check_writing_size, refuse_false_resolution
 from handout.scanning.density import Density, Scale, find_density, find_scale
 from handout.scanning.inks import PageInks, find_inks
@@ -233,8 +234,6 @@ def foreign_ink(graph: LineGraph, scan: Scan, paper: NDArray[np.float32]) -> NDA
 
     paper : (3,) 0–1, the paper's colour.
     """
-    import cv2
-
     if not len(graph):
         return np.zeros(0, dtype=bool)
     column, row = np.rint(graph.uv).astype(np.intp).T
@@ -259,8 +258,6 @@ def pale_marks(level: Scan, inks: PageInks, mask: Mask) -> float:
 
     level : the page, its light evened out.
     """
-    import cv2
-
     if not mask.ink.any():
         return 0.0
     part = min(1.0, _FOREIGN.dpi / level.dpi)

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from handout.errors import InputError
+from handout.libraries import cv2
 from handout.simulated.spectra import WAVELENGTHS, SimulatedSheet
 from handout.values import Array, Drawing, Page, readonly
 
@@ -185,8 +186,6 @@ class Flatbed:
 
         Raises InputError: a resolution outside 50–1200 dpi.
         """
-        import cv2
-
         if not _DPI[0] <= dpi <= _DPI[1]:
             raise InputError(f"flatbed: {dpi:g} dpi is outside {_DPI[0]:g} to {_DPI[1]:g}.")
         place = self.lay(sheet.page, dpi, rng)
@@ -262,8 +261,6 @@ def bell(sigma: float, shift: float = 0.0) -> Array:
 
 def blur_rows(rows: Floats, blur: Kernels) -> Floats:
     """Rows (n, w, 3) after the optics."""
-    import cv2
-
     if all(len(k) == 1 for pair in blur for k in pair):
         return rows
     # OpenCV correlates: a kernel is turned round to move the picture towards its shift
@@ -335,8 +332,6 @@ class GlassPlacement:
 
     def sample(self, picture: Floats, rows: Array, mode: int, lid: float) -> Floats:
         """(n, w, 3) what of a picture of the whole sheet lies under pixels of `rows`; beside it by OpenCV's `mode`."""
-        import cv2
-
         half, sides = np.float32(0.5), (self.sheet.width, self.sheet.height)
         places = zip(self.on_sheet(rows), picture.shape[1::-1], sides, strict=True)
         x, y = (at.astype(np.float32) * np.float32(n / side) - half for at, n, side in places)

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.errors import InputError
+from handout.libraries import cv2
 from handout.profiles import Printer
 from handout.simulated import printer
 from handout.simulated.flatbed import SETTINGS, Flatbed
@@ -232,8 +233,6 @@ def write_on_sheet(sheet: SimulatedSheet, field: tuple[float, float, float, floa
     density : (31,) of the ink, see `WrittenSheet`.
     sharpened : how much is put back of what an earlier scan of the writing has blurred.
     """
-    import cv2
-
     scale = sheet.dpi / 25.4
     left, top, right, bottom = (round(edge * scale) for edge in np.add(field, (_INSET, _INSET, -_INSET, -_INSET)))
     size = (round(amount.shape[1] * sheet.dpi / dpi), round(amount.shape[0] * sheet.dpi / dpi))

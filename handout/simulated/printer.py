@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from handout.errors import InputError
+from handout.libraries import cv2
 from handout.profiles import Margins
 from handout.simulated import spectra
 from handout.simulated.flatbed import SETTINGS, Flatbed
@@ -87,8 +88,6 @@ def lay_ink(coverage: Array, names: Iterable[str]) -> Array:
 
 def shrink_page(page: NDArray[np.uint8]) -> NDArray[np.uint8]:
     """The page (h, w, 3) made smaller about its middle, white around it."""
-    import cv2
-
     height, width = page.shape[:2]
     matrix = np.array([[FITTED, 0, (1 - FITTED) * (width - 1) / 2], [0, FITTED, (1 - FITTED) * (height - 1) / 2]])
     white = (255, 255, 255)

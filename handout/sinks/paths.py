@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.inking.curves import Curve
+from handout.libraries import cv2
 from handout.values import Array, Drawing, Stroke
 
 TRAVEL_COLOUR = "#c8503c"
@@ -69,8 +70,6 @@ def hook_ways(drawing: Drawing) -> list[dict[str, Any]]:
 
 def travel_over(picture: NDArray[np.uint8], drawing: Drawing, dpi: float) -> NDArray[np.uint8]:
     """(h, w, 3) uint8: a picture of the whole page with the moves drawn over it."""
-    import cv2
-
     from handout.inking.pen import rgb
 
     scale, shift = dpi / 25.4, 4  # fractions of pixels that cv2 knows, as a power of two

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from handout.colour import conversions
 from handout.colour.models import splines
 from handout.errors import InputError
+from handout.libraries import ndimage
 from handout.summary import one_line
 from handout.values import Array
 
@@ -145,10 +146,8 @@ class Forward:
 
     @cached_property
     def _coefficients(self) -> list[Array]:
-        from scipy.ndimage import spline_filter
-
         wide = _extrapolate(np.moveaxis(np.asarray(self.grid, dtype=np.float64), 3, 0))
-        return [spline_filter(channel, order=3, mode="mirror") for channel in wide]
+        return [ndimage.spline_filter(channel, order=3, mode="mirror") for channel in wide]
 
     @cached_property
     def samples(self) -> tuple[Array, Array]:
@@ -174,10 +173,8 @@ class Forward:
 
     def inside(self, device: Array) -> Array:
         """(n, 3) scanned RGB of (n, 3) device RGB within 0–1."""
-        from scipy.ndimage import map_coordinates
-
         at = device.T * (len(self.grid) - 1) + _MARGIN
-        channels = [map_coordinates(c, at, order=3, mode="mirror", prefilter=False) for c in self._coefficients]
+        channels = [ndimage.map_coordinates(c, at, order=3, mode="mirror", prefilter=False) for c in self._coefficients]
         return np.stack(channels, axis=1)
 
     def slopes(self, device: Array, scanned: Array) -> Array:

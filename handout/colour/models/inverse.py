@@ -17,6 +17,7 @@ import numpy as np
 
 from handout.colour import conversions
 from handout.colour.models.forward import Forward, look_up, measure_misses, parts
+from handout.libraries import sparse, spatial
 from handout.values import Array
 
 if TYPE_CHECKING:
@@ -69,11 +70,9 @@ def nearest(forward: Forward, wanted: Array) -> Array:
     The nearest sample by ΔE00, then parabolas along each channel at two scales, on colours interpolated
     linearly: the foot of a distance hardly moves with what that is off.
     """
-    from scipy.spatial import KDTree
-
     device, scanned = forward.samples
     labs, aim = conversions.lab(scanned), conversions.lab(wanted)
-    near = KDTree(conversions.bend_chroma(labs)).query(conversions.bend_chroma(aim), k=SETTINGS.candidates)[1]
+    near = spatial.KDTree(conversions.bend_chroma(labs)).query(conversions.bend_chroma(aim), k=SETTINGS.candidates)[1]
     far = conversions.delta_e(labs[near], aim[:, None, :])
     rows, best = np.arange(len(aim)), far.argmin(axis=1)
     device_best, cost = device[near[rows, best]], far[rows, best]
@@ -110,11 +109,9 @@ def invert(forward: Forward, wanted: Array) -> Array:
     outside the cube although the colour can be printed: where cutting to 0–1 loses anything, the search begins anew at
     the printable colour that looks nearest, and what loses clearly less is taken.
     """
-    from scipy.spatial import KDTree
-
     device, scanned = forward.samples
     # those farther out all become what `_improve` finds: their nearest sample, slow to find, is not looked for
-    away, which = KDTree(scanned).query(wanted, distance_upper_bound=SETTINGS.shell)
+    away, which = spatial.KDTree(scanned).query(wanted, distance_upper_bound=SETTINGS.shell)
     out, close = np.zeros_like(wanted), away <= SETTINGS.shell
     out[close] = solve(forward, wanted[close], device[which[close]])
     lost = np.where(close, 0.0, np.inf)
@@ -185,11 +182,9 @@ def optimised_nodes(forward: Forward, nodes: Array, side: int) -> Array:
     return np.asarray(best)
 
 
-def _samples(forward: Forward, side: int) -> tuple[csr_matrix, Array, Array]:
+def _samples(forward: Forward, side: int) -> tuple[sparse.csr_matrix, Array, Array]:
     """The share of each node in samples of scanned colours (n, nodes), the evened L*a*b* that they should have (n, 3),
     and how much each counts (n,)."""
-    from scipy.sparse import csr_matrix
-
     greys = np.repeat(np.linspace(0, 1, FIT.greys)[:, None], 3, axis=1)
     scanned = np.concatenate([forward.samples[1], forward.inside(greys)])
     rim, shown = _rim(forward, 1 / (side - 1))
@@ -198,7 +193,7 @@ def _samples(forward: Forward, side: int) -> tuple[csr_matrix, Array, Array]:
     corners, shares = parts(side, np.ascontiguousarray(np.concatenate([scanned, rim]).T))
     rows = np.tile(np.arange(len(wanted)), 4)
     where = (rows, np.concatenate(corners))
-    return csr_matrix((np.concatenate(shares), where), shape=(len(wanted), side**3)), wanted, weight
+    return sparse.csr_matrix((np.concatenate(shares), where), shape=(len(wanted), side**3)), wanted, weight
 
 
 def _solve_moves(mixing: csr_matrix, steep: Array, error: Array, shape: tuple[int, ...]) -> Array:

@@ -17,6 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from handout.branching import number_pieces
+from handout.libraries import optimize, spatial
 from handout.values import Array
 
 CLOSE = 0.5 / 255  # colours nearer than this are one: a spline through both would have to jump
@@ -51,9 +52,7 @@ def noise(device: Array, scanned: Array, deviation: Array) -> Array:
 
 def merge_close_rows(x: Array, y: Array, variances: Array) -> PreparedSamples:
     """Merge rows whose `x` are closer than `CLOSE`, each weighted by how well it is known."""
-    from scipy.spatial import KDTree
-
-    group = number_pieces(KDTree(x).query_pairs(CLOSE, output_type="ndarray"), len(x))
+    group = number_pieces(spatial.KDTree(x).query_pairs(CLOSE, output_type="ndarray"), len(x))
     weight = 1 / variances
     total = np.bincount(group, weight)
 
@@ -169,8 +168,6 @@ def _fit_kernel(centres: Array, values: Array, variances: Array, kernel: str, de
 
 def _most_likely_strength(spectrum: Array, components: Array) -> tuple[float, float]:
     """The least negative log likelihood, and the variance of the function over that of the errors there."""
-    from scipy.optimize import minimize_scalar
-
     square, largest = components**2, float(spectrum[-1])
 
     def unlikely(exponent: float) -> float:
@@ -180,5 +177,5 @@ def _most_likely_strength(spectrum: Array, components: Array) -> tuple[float, fl
 
     tried = np.linspace(-8.0, 45.0, 54)
     best = tried[np.argmin([unlikely(exponent) for exponent in tried])]
-    fine = minimize_scalar(unlikely, bounds=(best - 1, best + 1), method="bounded", options={"xatol": 0.01})
+    fine = optimize.minimize_scalar(unlikely, bounds=(best - 1, best + 1), method="bounded", options={"xatol": 0.01})
     return float(fine.fun), float(np.exp(fine.x) / largest)

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.colour.reading.registration import ChartPlacement
+from handout.libraries import cv2
 from handout.values import Array, readonly
 
 INNER = 0.6  # of a patch's side is looked at
@@ -51,8 +52,6 @@ def sample(pixels: NDArray[Any], placement: ChartPlacement) -> Sampled:
     pixels : (h, w, 3) uint8 or uint16
     placement : where the page lies in them.
     """
-    import cv2
-
     page = placement.page
     side = max(1, min(_MOST, math.ceil(INNER * page.pitch / placement.pixel / BLOCKS)))
     count = side * BLOCKS

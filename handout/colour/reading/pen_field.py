@@ -17,6 +17,7 @@ from handout.colour.reading.patch_means import Shading
 from handout.colour.reading.registration import ChartPlacement
 from handout.colour.reading.scan_files import ChartScan
 from handout.errors import InputError
+from handout.libraries import cv2
 from handout.values import Array, readonly
 
 _INSET = 0.9  # mm from the frame to what is looked at
@@ -60,8 +61,6 @@ def scribble_of(
     paper : (3,) scanned RGB of its bare patches, 0–1, free of shading.
     shading : what the light loses over the page.
     """
-    import cv2
-
     left, top, right, bottom = placement.page.scribble_field
     box = (left + _INSET, top + _INSET, right - _INSET, bottom - _INSET)
     if not _has_frame(scan, placement):

@@ -17,6 +17,7 @@ from handout import units
 from handout.colour.reading.patch_means import BLOCKS, Shading
 from handout.colour.reading.picture_checks import SampledPage
 from handout.colour.reading.scan_files import MOST_NAMED, ScanFinding
+from handout.libraries import spatial
 from handout.values import Array
 
 
@@ -368,9 +369,7 @@ def _longest_run(grey: Array, level: Array) -> tuple[float, float]:
 
 def _check_twins(device: Array, scanned: Array, _: Array) -> list[ScanFinding]:
     """Different colours that look the same: no table can tell them apart again."""
-    from scipy.spatial import cKDTree
-
-    pairs = cKDTree(scanned).query_pairs(PRINTER_BOUNDS.alike, output_type="ndarray")
+    pairs = spatial.cKDTree(scanned).query_pairs(PRINTER_BOUNDS.alike, output_type="ndarray")
     pairs = pairs[np.abs(device[pairs[:, 0]] - device[pairs[:, 1]]).max(axis=1) > PRINTER_BOUNDS.unlike]
     if not len(pairs):
         return []

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from handout import markers
 from handout.colour.chart import CELLS, MARKS, Chart, ChartPage, dictionary, page_of_marks, whole
 from handout.colour.reading.scan_files import ChartScan, ScanRefused, make_refusal
+from handout.libraries import cv2, interpolate
 from handout.values import Array, readonly, readonly_indices
 
 _SEARCHED = 1400.0  # pixels, long side of the picture in which marks are looked for first
@@ -116,8 +117,6 @@ def place(
 
 def in_grey(pixels: NDArray[Any]) -> NDArray[np.uint8]:
     """(h, w) uint8 of a scan's pixels."""
-    import cv2
-
     eight = pixels if pixels.dtype == np.uint8 else (pixels >> 8).astype(np.uint8)
     return np.asarray(cv2.cvtColor(eight, cv2.COLOR_RGB2GRAY), dtype=np.uint8)
 
@@ -176,8 +175,6 @@ def _one_page(
 def _fit_placement(
     scan: ChartScan, page: ChartPage, mirrored: bool, order: NDArray[np.intp], corners: Array
 ) -> ChartPlacement:
-    import cv2
-
     mm = page.marks[order].reshape(-1, 2)
     pixels_a_mm = math.sqrt(
         cv2.contourArea(cv2.convexHull(corners.astype(np.float32)))
@@ -222,7 +219,5 @@ def _fit_placement(
 
 
 def _spline(mm: Array, off: Array) -> Callable[[Array], Array]:
-    from scipy.interpolate import RBFInterpolator
-
-    spline = RBFInterpolator(mm / _UNIT, off, smoothing=_SMOOTHING, kernel="thin_plate_spline", degree=1)
+    spline = interpolate.RBFInterpolator(mm / _UNIT, off, smoothing=_SMOOTHING, kernel="thin_plate_spline", degree=1)
     return lambda points: np.asarray(spline(np.asarray(points) / _UNIT))

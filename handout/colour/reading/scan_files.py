@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from handout import tiff
 from handout.errors import InputError
+from handout.libraries import cv2
 from handout.summary import one_line
 
 MOST_NAMED = 8  # patches that a sentence names
@@ -155,8 +156,6 @@ _JPEG_INSIDE = (
 
 def _tiff_page(page: Any, path: Path) -> NDArray[Any]:
     """Pixels (h, w) or (h, w, channels)."""
-    import cv2
-
     try:
         values = np.asarray(page.asarray())
     except ValueError:
@@ -201,8 +200,6 @@ def _picture(path: Path) -> ChartScan:
     if mode in ("P", "PA", "CMYK", "LAB", "HSV"):
         raise _not_rgb(mode, source)
     if deep:
-        import cv2
-
         deep_values = cv2.imdecode(np.fromfile(path, dtype=np.uint8), cv2.IMREAD_UNCHANGED)
         if deep_values is None:
             raise InputError(f"Cannot read {path}: it is damaged or cut off; scan the chart again.")

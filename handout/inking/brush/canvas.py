@@ -18,6 +18,7 @@ from handout.inking.brush.ribbon import SEGMENTS
 from handout.inking.brush.synthesis import SegmentChooser
 from handout.inking.footprints import USUAL_PRESSURE, leaning
 from handout.inking.pen import Pen, rgb
+from handout.libraries import ndimage
 from handout.values import Array, Drawing, Stroke
 
 _PRESSED = 0.35  # of the width: wider at full pressure, thinner at none.  All these are set by eye
@@ -64,8 +65,6 @@ def pass_brush(
 
 def way(stroke: Stroke, curve: curves.Curve, width: float) -> tuple[Array, Array]:
     """The borders of a stroke's segments, (m + 1, 2) in mm, and the width of the line there, (m + 1,) in mm."""
-    from scipy.ndimage import gaussian_filter1d
-
     if not stroke.nib > 0 or stroke.rotation is None or len(stroke.xy) < 2:
         wide = plain.widths(stroke, width, _PRESSED)
         wide = wide if stroke.width is not None else wide * leaning(stroke, _LEAN)
@@ -89,7 +88,7 @@ def way(stroke: Stroke, curve: curves.Curve, width: float) -> tuple[Array, Array
     sigma = _STIFF * _FINE * SEGMENTS
     reach = min(len(line) - 1, round(3 * sigma))
     ends = 2 * line[0] - line[reach:0:-1], 2 * line[-1] - line[-2 : -reach - 2 : -1]
-    smooth = gaussian_filter1d(np.concatenate([ends[0], line, ends[1]]), sigma, axis=0, mode="nearest")
+    smooth = ndimage.gaussian_filter1d(np.concatenate([ends[0], line, ends[1]]), sigma, axis=0, mode="nearest")
     line = smooth[reach : reach + len(line)]
     back = min(len(line) - 1, _FINE * SEGMENTS // 4)
     beyond = np.arange(1, round(_BEYOND * _FINE * SEGMENTS) + 1)[:, None] / max(back, 1)

@@ -16,8 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.chains import viterbi
-from handout.inking.brush.ribbon import SEGMENTS, SPAN, Ribbon
+from handout.inking.brush.ribbon import SEGMENTS, SPAN
 from handout.inking.brush.synthesis import Library
+from handout.libraries import cv2, ndimage
 from handout.values import Array, Indices
 
 _CUT_ROWS, _CUT_COLUMNS = 32, 12  # pixels, at most, among which a cut is looked for
@@ -54,17 +55,12 @@ class Sized:
     @cached_property
     def ribbons(self) -> tuple[_Pixels, ...]:
         """(rows, columns, 4) premultiplied, with `_OVERLAP` segments of nothing before and after each."""
-        return tuple(self._resize_ribbon(ribbon) for ribbon in self.library.ribbons)
-
-    def _resize_ribbon(self, ribbon: Ribbon) -> _Pixels:
-        import cv2
-
-        rows = round(self.columns * SEGMENTS * SPAN)
-        shape = (len(ribbon) * self.columns, rows)
-        smaller = ribbon.columns > _SMALLER * self.columns
-        way = cv2.INTER_AREA if smaller else cv2.INTER_CUBIC
-        ink = cv2.resize(ribbon.premultiplied_ink, shape, interpolation=way)
-        return np.pad(ink, ((0, 0), (_OVERLAP * self.columns,) * 2, (0, 0)))
+        rows, inks = round(self.columns * SEGMENTS * SPAN), list[_Pixels]()
+        for ribbon in self.library.ribbons:
+            way = cv2.INTER_AREA if ribbon.columns > _SMALLER * self.columns else cv2.INTER_CUBIC
+            ink = cv2.resize(ribbon.premultiplied_ink, (len(ribbon) * self.columns, rows), interpolation=way)
+            inks.append(np.pad(ink, ((0, 0), (_OVERLAP * self.columns,) * 2, (0, 0))))
+        return tuple(inks)
 
     def hard(self, row: Indices) -> _Pixels:
         """(rows, m · columns, 4): the segments side by side."""
@@ -101,8 +97,6 @@ def _join_pieces(a: _Pixels, b: _Pixels) -> _Pixels:
 
     The cut parts ink from paper; where both are ink, the one shades into the other.
     """
-    import cv2
-
     rows, columns = a.shape[:2]
     size = (min(columns, _CUT_COLUMNS), min(rows, _CUT_ROWS))
     apart = ((a - b) ** 2).sum(axis=2)
@@ -131,8 +125,6 @@ def lay(canvas: NDArray[np.uint8], ribbon: _Pixels, line: Array, half: Array) ->
     line : (m + 1, 2) float, pixels: places along the line that the columns are spread over evenly.
     half : (m + 1,) float, pixels: half the width of the stroke there.
     """
-    import cv2
-
     filtered = cv2.sepFilter2D(ribbon, -1, _SHARP, _SHARP, borderType=cv2.BORDER_REPLICATE)
     sharp = np.asarray(filtered, dtype=np.float32)
     np.clip(sharp, 0, 1, out=sharp)
@@ -153,11 +145,9 @@ def _turns(line: Array) -> Array:
 
 def _cuts(turn: Array) -> list[int]:
     """Places at which a line is cut: in its sharp turns, and before it could come back over itself."""
-    from scipy.ndimage import correlate1d, maximum_filter1d
-
     half = _CORNER_REACH // 2 + 1
-    sharp = np.abs(correlate1d(turn, 1 - np.abs(np.arange(1 - half, half)) / half, mode="constant"))
-    apex = (sharp > _CORNER) & (sharp == maximum_filter1d(sharp, _CORNER_REACH))
+    sharp = np.abs(ndimage.correlate1d(turn, 1 - np.abs(np.arange(1 - half, half)) / half, mode="constant"))
+    apex = (sharp > _CORNER) & (sharp == ndimage.maximum_filter1d(sharp, _CORNER_REACH))
     cuts, total, last = list[int](), 0.0, 0
     for at in range(1, len(turn) - 1):
         total += abs(float(turn[at]))
@@ -221,8 +211,6 @@ def _sides(line: Array, reach: Array) -> Array:
 
 def _lay_part(canvas: NDArray[np.uint8], ribbon: _Pixels, sides: Array, part: _LinePart) -> None:
     """Lay the quadrilaterals of a part, which does not cross itself, over what is there."""
-    import cv2
-
     low = np.maximum(np.floor(sides.min(axis=(0, 1))).astype(int) - 1, 0)
     high = np.minimum(np.ceil(sides.max(axis=(0, 1))).astype(int) + 2, canvas.shape[1::-1])
     if (high <= low).any():
@@ -241,27 +229,17 @@ def _lay_part(canvas: NDArray[np.uint8], ribbon: _Pixels, sides: Array, part: _L
     if not len(at):
         return
     columns = np.float32(ribbon.shape[1] / part.end)
-    ink = _sample_picture(
-        ribbon, u * columns - np.float32(0.5), (v + 1) * np.float32(len(ribbon) / 2) - np.float32(0.5)
-    )
-    y, x = np.divmod(at, number.shape[1])
+    x, y = u * columns - np.float32(0.5), (v + 1) * np.float32(len(ribbon) / 2) - np.float32(0.5)
+    side = 1 << 14  # cv2.remap takes no rows of more than 32,767
+    at_x, at_y = (np.resize(values, -(-len(at) // side) * side).reshape(-1, side) for values in (x, y))
+    ink = cv2.remap(ribbon, at_x, at_y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE).reshape(-1, 4)[: len(at)]
+    row, column = np.divmod(at, number.shape[1])
     pixels = canvas.reshape(-1, 4)
-    there = (y + low[1]) * canvas.shape[1] + x + low[0]
+    there = (row + low[1]) * canvas.shape[1] + column + low[0]
     under = pixels[there].astype(np.float32)
     under *= 1 - ink[:, 3:]
     under += ink * np.float32(255) + np.float32(0.5)
     pixels[there] = under
-
-
-def _sample_picture(picture: _Pixels, x: _Pixels, y: _Pixels) -> _Pixels:
-    """(n, 4): a picture at places (n,), bilinear."""
-    import cv2
-
-    side = 1 << 14  # cv2.remap takes no rows of more than 32,767
-    count = -(-len(x) // side) * side
-    at_x, at_y = (np.resize(values, count).reshape(-1, side) for values in (x, y))
-    ink = cv2.remap(picture, at_x, at_y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
-    return np.asarray(ink.reshape(-1, 4)[: len(x)])
 
 
 def _places(

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.errors import InputError
+from handout.libraries import csgraph, cv2, ndimage, sparse
 from handout.scanning.skeleton import skeleton
 from handout.values import Array
 
@@ -79,8 +80,6 @@ def find_strokes(rgb: NDArray[np.uint8], source: str) -> Photograph:
 
     Raises InputError: there is no stroke, or none that can be used.
     """
-    import cv2
-
     light = _evenly_lit(rgb)
     scale = min(1.0, _COARSE / max(light.shape[:2]))
     size = (max(1, round(light.shape[1] * scale)), max(1, round(light.shape[0] * scale)))
@@ -119,8 +118,6 @@ def _evenly_lit(rgb: NDArray[np.uint8]) -> _Pixels:
 
     The parabola is fitted to what lies near or above it, over and over, so that ink drops out.
     """
-    import cv2
-
     height, width = rgb.shape[:2]
     scale = min(1.0, _FITTED / max(height, width))
     size = (max(1, round(width * scale)), max(1, round(height * scale)))
@@ -150,22 +147,16 @@ def _dark(light: _Pixels) -> _Pixels:
 
 def _distance(mask: _Mask) -> _Pixels:
     """Pixels to the nearest that is not of the mask."""
-    import cv2
-
     return np.asarray(cv2.distanceTransform(mask.astype(np.uint8), cv2.DIST_L2, 5), dtype=np.float32)
 
 
 def _disc(radius: float) -> NDArray[np.uint8]:
-    import cv2
-
     side = 2 * max(1, round(radius)) + 1
     return np.asarray(cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (side, side)), dtype=np.uint8)
 
 
 def _bodies(dark: _Pixels, source: str, scale: float) -> tuple[_Mask, _Mask, float]:
     """The strokes of a coarse picture as smooth shapes, its ink, and half the width of the widest, pixels."""
-    import cv2
-
     grey = np.asarray(np.clip(dark * 255, 0, 255), dtype=np.uint8)
     level, _ = cv2.threshold(grey, 0, 255, cv2.THRESH_OTSU)
     threshold = max(level / 255, _CONTRAST / 2)
@@ -204,8 +195,6 @@ class _RuledLine(NamedTuple):
 
 def _lines(dark: _Pixels, bodies: _Mask, half: float) -> list[_RuledLine]:
     """The lines of frames in a coarse picture."""
-    import cv2
-
     near = cv2.dilate(bodies.astype(np.uint8), _disc(0.08 * half)).astype(bool)
     # thicker by two pixels, since a line that is not quite level steps from row to row
     marks = cv2.dilate(((dark > _CONTRAST / 2) & ~near).astype(np.uint8), np.ones((3, 3), np.uint8))
@@ -250,8 +239,6 @@ def _stroke(
     light: _Pixels, clear: _Mask, labels: NDArray[np.int32], label: int, dark: _Pixels
 ) -> PhotographedStroke | str:
     """The stroke of a component of a coarse picture, or what is wrong with it."""
-    import cv2
-
     body, scale = labels == label, dark.shape[1] / light.shape[1]
     if body[0].any() or body[-1].any() or body[:, 0].any() or body[:, -1].any():
         return "is cut by the edge of the picture: leave some paper all around it"
@@ -277,22 +264,17 @@ def _stroke(
     density = np.asarray(np.clip((depth - _CLEAR) / (_SOLID - _CLEAR), 0, 1), dtype=np.float32)
     beside = cv2.dilate(body.astype(np.uint8), _disc(_BY * width))
     by = np.asarray(cv2.resize(beside, light.shape[1::-1], interpolation=cv2.INTER_NEAREST)[window] > 0)
-    density = _drop_marks(np.where(own & ~clear[window], density, 0), by, width / scale)
+    density = np.where(own & ~clear[window], density, 0)
+    # what lies apart from the stroke is not of it: level and upright rests of a frame, and numbers
+    count, pieces, stats, _ = cv2.connectedComponentsWithStats((density > _CLEAR).astype(np.uint8))
+    sides = np.sort(np.asarray(stats)[:, [cv2.CC_STAT_WIDTH, cv2.CC_STAT_HEIGHT]], axis=1) / (width / scale)
+    gone = (sides[:, 0] < _THIN[0]) & (sides[:, 1] > _THIN[1]) | (np.bincount(pieces[by], minlength=count) == 0)
+    gone[0] = False
+    density[gone[pieces]] = 0
     line = (spine + 0.5) / scale - 0.5 - low
     return PhotographedStroke(
         part, np.asarray(density, dtype=np.float32), line, width / scale, (int(low[0]), int(low[1]))
     )
-
-
-def _drop_marks(density: _Pixels, by: _Mask, width: float) -> _Pixels:
-    """The density of a stroke without what lies apart from it: level and upright rests of a frame, and numbers."""
-    import cv2
-
-    count, labels, stats, _ = cv2.connectedComponentsWithStats((density > _CLEAR).astype(np.uint8))
-    sides = np.sort(np.asarray(stats)[:, [cv2.CC_STAT_WIDTH, cv2.CC_STAT_HEIGHT]], axis=1) / width
-    gone = (sides[:, 0] < _THIN[0]) & (sides[:, 1] > _THIN[1]) | (np.bincount(labels[by], minlength=count) == 0)
-    gone[0] = False
-    return np.where(gone[labels], np.float32(0), density)
 
 
 def _longest_way(body: _Mask) -> Array | str:
@@ -300,18 +282,15 @@ def _longest_way(body: _Mask) -> Array | str:
 
     Source: seed 004, §3.1; the two searches of a tree's diameter.
     """
-    from scipy.sparse import coo_matrix
-    from scipy.sparse.csgraph import dijkstra
-
     xy, edges = skeleton(body)
     if not len(edges):
         y, x = np.nonzero(body)
         return np.asarray(np.stack([x, y], axis=1).mean(axis=0, keepdims=True))
     length = np.linalg.norm(xy[edges[:, 0]] - xy[edges[:, 1]], axis=1)
-    graph = coo_matrix((length, tuple(edges.T)), shape=(len(xy), len(xy)))
-    away = dijkstra(graph, directed=False, indices=0)
+    graph = sparse.coo_matrix((length, tuple(edges.T)), shape=(len(xy), len(xy)))
+    away = csgraph.dijkstra(graph, directed=False, indices=0)
     start = int(np.where(np.isfinite(away), away, -1).argmax())
-    away, before = dijkstra(graph, directed=False, indices=start, return_predecessors=True)
+    away, before = csgraph.dijkstra(graph, directed=False, indices=start, return_predecessors=True)
     here = int(np.where(np.isfinite(away), away, -1).argmax())
     way = [here]
     while here != start:
@@ -319,7 +298,7 @@ def _longest_way(body: _Mask) -> Array | str:
         way.append(here)
     width = 2 * float(np.median(_distance(body)[tuple(np.rint(xy[way]).astype(int).T[::-1])]))
     # how far the middle line leads away from the way through it
-    apart = dijkstra(graph, directed=False, indices=np.array(way), min_only=True)
+    apart = csgraph.dijkstra(graph, directed=False, indices=np.array(way), min_only=True)
     if float(apart[np.isfinite(apart)].max()) > _BRANCH * width:
         return "crosses itself or another: photograph strokes that lie apart"
     return np.asarray(xy[way])
@@ -327,9 +306,6 @@ def _longest_way(body: _Mask) -> Array | str:
 
 def _smooth_spine(way: Array, body: _Mask, dark: _Pixels) -> tuple[Array, float]:
     """A smooth line along a shape and past its ends, one point a pixel, and the shape's width; no points for a blob."""
-    import cv2
-    from scipy.ndimage import gaussian_filter1d
-
     y, x = np.nonzero(body)
     at = np.stack([x, y], axis=1).astype(np.float64)
     width = 2 * float(np.percentile(_distance(body)[body], 98))
@@ -339,7 +315,7 @@ def _smooth_spine(way: Array, body: _Mask, dark: _Pixels) -> tuple[Array, float]
         line = line[cut:-cut]
         half = max(2, round(_CALM * width))
         ends = [2 * line[0] - line[half:0:-1], line, 2 * line[-1] - line[-2 : -half - 2 : -1]]
-        line = gaussian_filter1d(np.concatenate(ends), _CALM * width, axis=0, mode="nearest")
+        line = ndimage.gaussian_filter1d(np.concatenate(ends), _CALM * width, axis=0, mode="nearest")
         line = line[len(ends[0]) : -len(ends[2]) or None]
     else:  # as short as this, its streaks tell its direction better than its shape
         # the streaks and the long edges of a stroke run across the mean gradient, whose angle is doubled

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.inking.brush.photographs import PhotographedStroke
+from handout.libraries import cv2, interpolate, ndimage
 from handout.summary import one_line
 from handout.values import Array
 
@@ -64,8 +65,6 @@ class Ribbon:
     @cached_property
     def borders(self) -> _Pixels:
         """(n + 1, ROWS, 4): the ink at the border before each segment, and after the last."""
-        import cv2
-
         step = self.columns
         padded = np.pad(self.premultiplied_ink, ((0, 0), (1, 1), (0, 0)))
         at = np.arange(len(self) + 1) * step
@@ -148,28 +147,24 @@ def straighten_stroke(found: PhotographedStroke, most_rows: int = _MOST_ROWS) ->
 
 def _centre_spine(found: PhotographedStroke) -> tuple[Array, float]:
     """The spine in the middle between the stroke's edges, and half the stroke's width, pixels."""
-    from scipy.ndimage import gaussian_filter1d
-
     spine, half = _space_evenly(found.spine, 1.0), found.width / 2
     for _ in range(3):
         rows = 2 * round(1.6 * half)
-        band = gaussian_filter1d(_unwrap_picture(found.density, spine, half, rows, 1.6), 0.06 * half, axis=0)
-        band = gaussian_filter1d(band, 0.3 * half, axis=1)
+        band = ndimage.gaussian_filter1d(_unwrap_picture(found.density, spine, half, rows, 1.6), 0.06 * half, axis=0)
+        band = ndimage.gaussian_filter1d(band, 0.3 * half, axis=1)
         sides = _edges(band) * 1.6 * half
         inked = np.flatnonzero(band.max(axis=0) > _EDGE)
         core = inked[len(inked) // 8 : -(len(inked) // 8) or None]
         aside = (sides[:, 1] - sides[:, 0]) / 2
         aside = np.interp(np.arange(len(spine)), core, aside[core])
-        aside = gaussian_filter1d(aside, _STEADY * 2 * half, mode="nearest")
+        aside = ndimage.gaussian_filter1d(aside, _STEADY * 2 * half, mode="nearest")
         half = float(np.median(sides[core].sum(axis=1))) / 2
         # the line as a brush goes: a parabola, or in a long stroke parabolas of two widths each; straight past `core`
         line = spine + aside[:, None] * _normals(spine)
-        from scipy.interpolate import make_lsq_spline
-
         first, last = float(core[0]), float(core[-1])
         knots = np.linspace(first, last, max(2, round((last - first) / (_PIECE * 2 * half)) + 1))
         knots = np.concatenate([knots[:1], knots[:1], knots, knots[-1:], knots[-1:]])
-        spline = make_lsq_spline(core, line[core], knots, 2)
+        spline = interpolate.make_lsq_spline(core, line[core], knots, 2)
         at = np.arange(len(line), dtype=np.float64)
         inside = np.clip(at, first, last)
         spine = _space_evenly(spline(inside) + spline.derivative()(inside) * (at - inside)[:, None], 1.0)
@@ -191,8 +186,6 @@ def _space_evenly(line: Array, step: float) -> Array:
 
 def _unwrap_picture(picture: _Pixels, line: Array, half: float, rows: int, span: float = SPAN) -> _Pixels:
     """(rows, n[, 3]): a picture along a line, `span` half widths on either side; nothing beyond its rim."""
-    import cv2
-
     across = ((np.arange(rows) + 0.5) / rows * 2 - 1) * span * half
     at = line + across[:, None, None] * _normals(line)
     x, y = (np.ascontiguousarray(at[..., k], dtype=np.float32) for k in (0, 1))

@@ -14,6 +14,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from handout.libraries import ndimage
 from handout.motion import sigma_lognormal_model as lognormal
 from handout.motion.reconstruction.plan import LognormalPlan, from_pulses
 from handout.motion.sigma_lognormal_model import Complex, Pulses
@@ -54,8 +55,6 @@ def prepare_recording(t: Array, xy: Array) -> SampledMovement:
 
     Raises ValueError: it lasts less than three samples, or does not move.
     """
-    from scipy.ndimage import gaussian_filter1d
-
     span = float(t[-1] - t[0])
     even = np.linspace(t[0], t[-1], max(round(span / _STEP) + 1, 2))
     if len(even) < 5 or not np.ptp(xy, axis=0).any():
@@ -65,7 +64,7 @@ def prepare_recording(t: Array, xy: Array) -> SampledMovement:
     # point reflections at both ends keep the ends in place
     pad = min(len(z) - 1, round(4 * width))
     longer = np.concatenate([2 * z[0] - z[pad:0:-1], z, 2 * z[-1] - z[-2 : -pad - 2 : -1]])
-    smooth = gaussian_filter1d(longer.real, width) + 1j * gaussian_filter1d(longer.imag, width)
+    smooth = ndimage.gaussian_filter1d(longer.real, width) + 1j * ndimage.gaussian_filter1d(longer.imag, width)
     place = smooth[pad : pad + len(z)]
     return SampledMovement(even, place, np.gradient(place, even))
 
@@ -158,11 +157,9 @@ def _stroke(peak: float, lasts: float, half: float) -> Array:
 
 def _missing(recording: SampledMovement, x: Array) -> Array:
     """A stroke where the residual of the fit is largest: (1, 4)."""
-    from scipy.ndimage import gaussian_filter1d
-
     _, chords = _chords(recording, x)
     off = recording.velocity - chords @ _moving(_pulses(x), recording.t)[0]
-    power = gaussian_filter1d(np.abs(off) ** 2, 3)
+    power = ndimage.gaussian_filter1d(np.abs(off) ** 2, 3)
     peak = int(np.argmax(power))
     under = power < 0.3 * power[peak]
     before = np.flatnonzero(under[:peak])

@@ -12,6 +12,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from handout.libraries import optimize
 from handout.motion import sigma_lognormal_model as lognormal
 from handout.motion.reconstruction import key_points
 from handout.motion.reconstruction.key_points import Index, extent, resample_path
@@ -131,9 +132,7 @@ def _half_turning(piece: Array) -> float:
     ratio = length / max(chord, 1e-9)
     if ratio <= 1 + 1e-7:
         return 0.0
-    from scipy.optimize import brentq  # takes longer to import than the rest of what a plot needs
-
-    most = brentq(lambda angle: angle / np.sin(angle) - ratio, 1e-9, 3.0) if ratio < 20 else MOST_BENT
+    most = optimize.brentq(lambda angle: angle / np.sin(angle) - ratio, 1e-9, 3.0) if ratio < 20 else MOST_BENT
     return float(np.copysign(min(abs(half), most, MOST_BENT), half))
 
 

@@ -25,6 +25,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from handout.libraries import spatial
 from handout.values import Array, Drawing, Indices, Stroke
 
 _NEAR = 7  # neighbours of a point that are tried
@@ -274,9 +275,7 @@ def _neighbours(points: Array) -> list[list[tuple[int, float]]]:
 
 def _nearest(places: Array, count: int) -> tuple[Array, NDArray[np.intp]]:
     """The `count` points nearest to every point: distances and numbers, both (n, count)."""
-    from scipy.spatial import cKDTree
-
-    gap, other = cKDTree(places).query(places, count)
+    gap, other = spatial.cKDTree(places).query(places, count)
     return gap, other
 
 

@@ -16,6 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from handout.libraries import interpolate
 from handout.plotting.dialects import Timed
 from handout.profiles import Plotter
 from handout.values import Array
@@ -168,8 +169,6 @@ class Motors:
 
     def command_moves(self, moves: Sequence[Timed]) -> Iterator[tuple[int, bytes]]:
         """The commands of moves in a row that begin and end at rest, each with the number of its move."""
-        from scipy.interpolate import CubicSpline
-
         xy = np.array([self.place, *((move.x, move.y) for move in moves)])
         seconds = np.array([move.seconds for move in moves])
         self.place = xy[-1]
@@ -177,7 +176,7 @@ class Motors:
         unit = 1000 if self.version < STEPS else TICKS
         # where moves meet: those of the smoothest motion through all places, at rest at both ends
         at = np.append(0.0, np.cumsum(seconds))
-        speeds = np.asarray(CubicSpline(at, places, bc_type="clamped")(at, 1)) / TICKS
+        speeds = np.asarray(interpolate.CubicSpline(at, places, bc_type="clamped")(at, 1)) / TICKS
         for index, whole in enumerate(self._whole(seconds, unit)):
             parts = [
                 Slice(*map(float, (places[index, a], places[index + 1, a], speeds[index, a], speeds[index + 1, a])))
