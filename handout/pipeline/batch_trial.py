@@ -20,6 +20,8 @@ _AS_SHOWN = (
     (re.compile(r"(?:; [^;]*--[a-z].*?| or \{% if \w+ %\})(\.?)\Z"), r"\1"),
     (re.compile(r"\b(use) --[a-z-]+ or "), r"\1 "),
     (re.compile(r"letter\.(?:txt|md), (line \d+): "), r"\1 of the letter: "),
+    # a gap as the page Letters from a table writes it
+    (re.compile(r'{{ (\w+)\|default\("…"\) }}'), lambda gap: f"«{gap[1].replace('_', ' ')}, else …»"),
 )
 
 

@@ -256,7 +256,7 @@ def _word_notes(source: str, odd: Sequence[OddWord]) -> list[str]:
     for one in odd:
         what = f"the text has “{one.word}”, which the page seems not to show"
         if one.more:
-            what = f"the page shows something beside “{one.word}” that the text lacks"
+            what = f"beside “{one.word}” the page shows something that the text lacks"
         notes.append(f"{source}, line {one.line + 1}: {what}; put the text right, and read the page again.")
     return notes
 

@@ -4,7 +4,7 @@ import pytest
 
 from handout import atomic
 from handout.errors import InputError
-from handout.pipeline import batch_desk, batch_store
+from handout.pipeline import batch_desk, batch_store, batch_trial
 from handout.pipeline.options import BatchPlan, MergeOptions, PictureOptions, TableOptions, WritingOptions
 
 
@@ -22,3 +22,9 @@ def test_a_batch_is_made_by_one_window_at_a_time(tmp_path, monkeypatch):
             batch_desk.make_batch(name, (), False, listener=None)
     with pytest.raises(InputError, match="was not approved"):
         batch_desk.make_batch(name, (), False, listener=None)
+
+
+def test_a_sentence_tells_the_page_what_its_fields_hold():
+    said = "letter.txt, line 3: 'first_gift' is empty: fill it in, or write {{ first_gift|default(\"…\") }}."
+    shown = "line 3 of the letter: 'first_gift' is empty: fill it in, or write «first gift, else …»."
+    assert batch_trial.as_shown(said) == shown

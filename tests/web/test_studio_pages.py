@@ -183,7 +183,7 @@ def test_a_page_that_was_left_while_it_came_changes_nothing(page):
     page.unroute("**/api/drafts/own")
 
 
-def test_hands_are_shown_and_a_wrong_one_is_refused(page):
+def test_hands_are_shown_and_a_wrong_one_is_refused(page, small_scan):
     page.set_viewport_size({"width": 1280, "height": 360})  # samples are of hands in view
     page.get_by_role("link", name="My hand", exact=True).click()
     page.get_by_role("link", name="All handwritings").click()
@@ -213,6 +213,12 @@ def test_hands_are_shown_and_a_wrong_one_is_refused(page):
     page.reload()
     page.get_by_text("Photographs or scans").wait_for()
     assert not page.get_by_text("noise.png").count(), "what was taken away stays away"
+    page.get_by_label("Photographs or scans").set_input_files(str(small_scan.scan))
+    page.get_by_role("button", name="Read my handwriting").click()
+    page.locator(".bad", has_text="was not recognised as one of our sheets").wait_for()
+    assert page.get_by_label("What is written on it").is_visible()
+    with page.expect_response("**/api/drafts/texts"):
+        page.get_by_role("button", name="Take").click()
     page.set_viewport_size({"width": 1280, "height": 800})
 
 

@@ -67,7 +67,7 @@ function machine(machines) {
     move(event, { move: 'jog', x: x * Number(step.value), y: y * away * Number(step.value) });
   }, false, { class: 'icon', 'aria-label': name });
   step.setAttribute('aria-label', 'How far');
-  for (const control of [port, device]) control.addEventListener('change', () => keep({ port: port.value, device: device.value }));
+  for (const control of [port, device]) control.addEventListener('change', () => { refusal.textContent = ''; keep({ port: port.value, device: device.value }); });
   const element = h('section', { class: 'panel' }, h('h2', {}, 'Your plotter'), field('Connected at', port), h('div', { class: 'row after' }, button('Find my plotter', ask)), refusal, found,
     more('Which machine it is', field('Machine', device)),
     h('details', { class: 'pen' }, h('summary', {}, 'Move the pen'),

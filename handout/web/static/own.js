@@ -85,7 +85,10 @@ function reader(made, own, typed, signal) {
       await made(name_, lasting);
     } catch (/** @type {any} */ error) {
       keep({ reading: undefined });
-      wrong.textContent = error.name === 'AbortError' ? 'It was cancelled.' : error.message;
+      const [, unknown] = /^(.+): what is written on it\?/.exec(error.message) || [];
+      if (unknown) for (const one of list.querySelectorAll('details')) one.open = true;
+      wrong.textContent = unknown ? `${unknown} was not recognised as one of our sheets. If it is one, photograph it again: from above, in even light, all four corners in the picture. If not, type what is written on it.`
+        : error.name === 'AbortError' ? 'It was cancelled.' : error.message;
     } finally {
       go.disabled = false;
     }
