@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import lru_cache
+from zlib import crc32
 
 import numpy as np
 
@@ -46,15 +47,14 @@ class DrawnForms:
     def _number_all(self) -> None:
         """Number the glyphs of the letters that were written so far."""
         self.glyphs = tuple(glyph for glyphs in self._of.values() for glyph in glyphs)
-        forms = {form: number for number, form in enumerate(dict.fromkeys((g.letter, g.form) for g in self.glyphs))}
-        self.kind = readonly_indices([forms[glyph.letter, glyph.form] for glyph in self.glyphs], None)
+        self.kind = readonly_indices([crc32(f"{glyph.letter} {glyph.form}".encode()) for glyph in self.glyphs], None)
         self._exits = readonly_indices([_EXITS[glyph.exit] for glyph in self.glyphs], None)
         self._entries = readonly_indices([_ENTRIES[glyph.entry] for glyph in self.glyphs], None)
         self._reluctance = readonly([glyph.reluctance for glyph in self.glyphs], None)
         self._favour = readonly([glyph.favour for glyph in self.glyphs], None)
         self._number = {id(glyph): number for number, glyph in enumerate(self.glyphs)}
 
-    def candidates(self, letters: Sequence[Letter], rng: np.random.Generator | None) -> list[Candidates]:
+    def candidates(self, letters: Sequence[Letter], seed: int | None) -> list[Candidates]:
         """See `GlyphStock`."""
         bases = ["", *(letter.base for letter in letters), ""]
         if new := {base: self._hand.glyphs[base] for base in bases[1:-1] if base not in self._of}:
@@ -92,8 +92,8 @@ class DrawnForms:
         """See `GlyphStock`."""
         return np.zeros(len(last))
 
-    def repetition(self, age: Array, times: Array) -> Array:
-        """See `GlyphStock`: never 0, since of few forms the least recent is the best."""
+    def repetition(self, age: Array) -> Array:
+        """See `GlyphStock`; of few forms the least recent is the best."""
         return np.asarray(_REUSE * 0.5 ** (age / _MEMORY))
 
 

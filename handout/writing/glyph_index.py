@@ -37,7 +37,7 @@ from handout.hand.places import PLACES, Place, places
 from handout.hand.scanned import NOBODY, ScannedHand
 from handout.hand.vetting import SURE, vet
 from handout.values import Array, Indices, readonly, readonly_indices
-from handout.writing.choosing import Candidates, fading_cost
+from handout.writing.choosing import Candidates, fading_cost, glyph_chances
 from handout.writing.forms import spread_evenly, ways
 from handout.writing.legibility import misreadings
 from handout.writing.text import Letter, spelt
@@ -92,12 +92,12 @@ class ChoiceWeights:
     between_words: float = 0.5  # share of the cost that is left between words
     # of a glyph that was written before
     again: float = 5.0  # that was the last one written
-    forgotten: float = 400.0  # letters after which it is as good as new
-    often: float = 0.3  # for each time that it was written more often than the least written that would do
-    # Scale of the perturbation at variation 1.  Measured on three hands of one page each: two texts of one wording have
-    # the same glyph in a fifth of all places, in an eighth of those where the hand has 25 glyphs of the letter or more.
-    # With 0.8 that is a twentieth, and ligatures lie a quarter further from where they should
-    noise: float = 0.3
+    # letters after which it is as good as new, a line and a half.  With 100, of 100 words 24 and 15 change behind a new
+    # one instead of 5 and 4 (csafe w0182, cvl 0027), and 31 and 24 with a glyph less instead of 19 and 16
+    forgotten: float = 60.0
+    # scale of the perturbation at variation 1.  Two texts of one wording have the same glyph in .44 and .32 of all
+    # places (the same two hands of one page each); with .3 in .65 and .51, and 25 and 24 words change with a glyph less
+    noise: float = 0.8
 
 
 WEIGHTS = ChoiceWeights()
@@ -361,15 +361,11 @@ class GlyphIndex:
         """See `choosing.GlyphStock`: each is remembered for itself."""
         return readonly_indices(np.arange(len(self)), None)
 
-    def candidates(self, letters: Sequence[Letter], rng: np.random.Generator | None) -> list[Candidates]:
+    def candidates(self, letters: Sequence[Letter], seed: int | None) -> list[Candidates]:
         """See `choosing.GlyphStock`; where a hand has many, others are drawn each time."""
         graphemes = [spelt(letter) for letter in letters]
         each = [self.all_candidates(*target) for target in zip(graphemes, places(graphemes), strict=True)]
-        if rng is None:
-            return [
-                _subset(candidates, np.arange(min(len(candidates.numbers), _MOST_CANDIDATES))) for candidates in each
-            ]
-        return [_sampled(candidates, rng) for candidates in each]
+        return [_sampled(candidates, place, seed) for place, candidates in enumerate(each)]
 
     def all_candidates(self, letter: str, place: Place) -> Candidates:
         """All glyphs that might do for a letter in its place, the best first."""
@@ -394,10 +390,9 @@ class GlyphIndex:
         """See `choosing.GlyphStock`."""
         return self.transitions.cut(last)
 
-    def repetition(self, age: Array, times: Array) -> Array:
+    def repetition(self, age: Array) -> Array:
         """See `choosing.GlyphStock`."""
-        often = WEIGHTS.often * (times - times.min(initial=np.inf))
-        return np.asarray(fading_cost(age, WEIGHTS.again, WEIGHTS.forgotten) + often)
+        return fading_cost(age, WEIGHTS.again, WEIGHTS.forgotten)
 
 
 _ENOUGH = 8  # exact matches from which on no others are asked
@@ -405,14 +400,11 @@ _MOST_CANDIDATES = 64  # of a place: time
 _DRAWN = 24  # the same where a hand has more good ones than that: other ones each time, or the same few would be taken
 
 
-def _sampled(candidates: Candidates, rng: np.random.Generator) -> Candidates:
+def _sampled(candidates: Candidates, place: int, seed: int | None) -> Candidates:
     good = int(np.searchsorted(candidates.cost, candidates.cost[0] + WEIGHTS.elsewhere))
-    if good <= _MOST_CANDIDATES:
-        return _subset(candidates, np.arange(min(len(candidates.numbers), _MOST_CANDIDATES)))
-    return _subset(candidates, rng.choice(good, _DRAWN, replace=False))
-
-
-def _subset(candidates: Candidates, which: Indices) -> Candidates:
+    which = np.arange(min(len(candidates.numbers), _MOST_CANDIDATES))
+    if good > _MOST_CANDIDATES and seed is not None:
+        which = np.argsort(glyph_chances(seed + 1, place, candidates.numbers[:good]))[:_DRAWN]
     rising = which[np.argsort(candidates.numbers[which])]
     return Candidates(readonly_indices(candidates.numbers[rising], None), readonly(candidates.cost[rising], None))
 

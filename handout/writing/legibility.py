@@ -114,8 +114,15 @@ def _measure_misreadings(hand: ScannedHand) -> Array:
 
 
 def made_words(hand: ScannedHand, rng: np.random.Generator) -> Iterator[list[int]]:
-    """Words, as glyphs, that have every glyph which is read alone about as often as all others, none twice."""
-    letters = [letter for letter in hand.letters if reads_alone(letter)]
+    """Words, as glyphs, that have every glyph which is read alone about as often as all others, none twice.
+
+    Those that are not to be written are there as ever: otherwise each of them would change what is said of all others.
+    """
+    glyphs_of = dict[str, list[int]]()
+    for number, glyph in enumerate(hand.glyphs):
+        if reads_alone(glyph.letter):
+            glyphs_of.setdefault(glyph.letter, []).append(number)
+    letters = sorted(glyphs_of, key=lambda letter: (-len(glyphs_of[letter]), letter))
     small = [letter for letter in letters if letter.islower()] or letters
     following = {letter: list[str]() for letter in letters}
     before = {letter: list[str]() for letter in letters}
@@ -126,14 +133,14 @@ def made_words(hand: ScannedHand, rng: np.random.Generator) -> Iterator[list[int
                 following[one].append(two)
                 before[two].append(one)
     most, least = _SETTINGS.words
-    numbers = np.concatenate([np.zeros(0, dtype=np.intp), *(hand.numbers_of_letter(letter) for letter in letters)])
+    numbers = [number for letter in letters for number in glyphs_of[letter]]
     wanted = max(least, min(most, _SETTINGS.glyphs // max(len(numbers), 1)))
     stock: dict[str, list[int]] = {letter: [] for letter in letters}
     times = np.zeros(len(hand.glyphs), dtype=np.intp)
 
     def take(after: Sequence[str]) -> int:
         letter = str(rng.choice(after or small))
-        stock[letter] = stock[letter] or rng.permutation(hand.numbers_of_letter(letter)).tolist()
+        stock[letter] = stock[letter] or rng.permutation(glyphs_of[letter]).tolist()
         return stock[letter].pop()
 
     for _ in range(wanted):

@@ -1,6 +1,8 @@
 """Choice of glyphs: exact, repeatable, varied, and clear about what a hand lacks."""
 
 import re
+from collections import Counter
+from dataclasses import replace
 from itertools import combinations, groupby, pairwise, product
 from types import SimpleNamespace
 
@@ -89,7 +91,8 @@ def test_texts_and_words_differ(kept):
         made = [np.concatenate(chosen(kept, one, seed)) for seed in range(6)]
         alike += [(a == b).mean() for a, b in combinations(made, 2)]
     assert np.mean(alike) < 0.87
-    assert len({tuple(word) for word in chosen(kept, text, 1)[::3]}) > 1
+    ways = [len({tuple(word) for word in chosen(kept, text, seed)[k::3]}) for seed in range(4) for k in range(3)]
+    assert np.mean(ways) > 2, "the same word is written in several ways, of four times"
     still = chosen(kept, text, 1, variation=0)
     words = words_of(text)
     varied = sum(total(kept, word, numbers) for word, numbers in zip(words, chosen(kept, text, 1), strict=True))
@@ -97,8 +100,8 @@ def test_texts_and_words_differ(kept):
 
 
 def test_what_was_written_lately_is_dear_and_forgotten(kept):
-    ages, once = np.arange(1.0, WEIGHTS.forgotten + 50, 10), np.zeros(1)
-    costs = [float(kept.repetition(np.array([age]), once)[0]) for age in ages]
+    ages = [*np.arange(1.0, WEIGHTS.forgotten + 50, 10), np.inf]
+    costs = kept.repetition(np.array(ages)).tolist()
     assert costs[0] == pytest.approx(WEIGHTS.again * (1 - 1 / WEIGHTS.forgotten))
     assert costs == sorted(costs, reverse=True) and costs[-1] == 0
     first, second = chosen(kept, "e e", 3)
@@ -117,7 +120,6 @@ def test_what_read_wrongly_is_not_written_again(kept, cost):
     # nothing is written until it is kept, and then it counts as what was written
     assert np.array_equal(chooser.again(plain[1], {(at, number): cost}).numbers, other.numbers)
     chooser.keep(other)
-    assert other.numbers[1] not in chooser.again(plain[0], {}).numbers
     (last,) = words_of("e")
     follows = chooser.word(last)
     assert follows.again[0][np.isin(follows.candidates[0].numbers, other.numbers[1])] > 4
@@ -159,6 +161,27 @@ def test_one_word_of_a_text_is_written_again_and_the_others_stay(small_hand):
     assert ends[1] == pytest.approx(ends[0], abs=1.0)
 
 
+def test_what_a_hand_has_less_of_changes_the_words_that_used_it(kept, small_hand):
+    """Chance belongs to each glyph: it does not fall otherwise where there are fewer."""
+    text = "ten hen men the tin net eat then fine line seen often tent hat mat then ten in the mine an inn teen " * 2
+    before = chosen(kept, text.strip(), 5)
+    number = Counter(n for word in before for n in word.tolist()).most_common()[3][0]
+    refused = kept.refused.copy()
+    refused[number] = True
+    after = chosen(replace(kept, refused=refused), text.strip(), 5)
+    others = [not np.array_equal(a, b) for a, b in zip(before, after, strict=True) if number not in a]
+    assert not any(number in word for word in after)
+    assert sum(others) < 0.4 * len(others)
+
+
+def test_what_is_written_behind_a_new_word_mostly_stays(kept):
+    words = ("ten hen men the tin net eat then fine line seen often tent hat mat in mine an inn teen " * 3).split()
+    before, after = (chosen(kept, " ".join(text), 5) for text in (words, [*words[:9], "meant", *words[9:]]))
+    others = [not np.array_equal(a, b) for a, b in zip(before, after[:9] + after[10:], strict=True)]
+    assert not any(others[:9]) and sum(others[9:]) < 0.4 * len(others[9:])
+    assert not any(others[-20:])
+
+
 def test_few_exact_glyphs_let_others_in_at_a_cost(kept):
     pool = kept.all_candidates("e", "alone")
     assert len(kept.of("e", "alone")) == 0 and (pool.cost >= 0.5).all()
@@ -175,8 +198,7 @@ def test_of_many_good_glyphs_others_are_offered_each_time(kept):
         of=lambda letter, place=None: np.arange(300),
     )
     pool = GlyphIndex.all_candidates(rich, "e", PLACES[0])
-    rng = np.random.default_rng(0)
-    drawn = [_sampled(pool, rng) for _ in range(60)]
+    drawn = [_sampled(pool, 1, seed) for seed in range(60)]
     assert all((np.diff(part.numbers) > 0).all() and part.numbers.max() < 200 for part in drawn)
     assert len(set(np.concatenate([part.numbers for part in drawn]).tolist())) == 200
     (word,) = words_of("eeee")

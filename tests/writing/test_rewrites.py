@@ -59,12 +59,12 @@ def test_a_job_keeps_what_was_written_again():
 def test_what_is_added_or_changed_leaves_all_else_as_it_was(request, scanned):
     """What a page shows while its text is typed: only the lines that changed are others.
 
-    The seed is one at which no word is read again as another: such a one is written with what comes after it in mind.
+    The seed is one at which no letter of the line behind would have been a glyph of the new word.
     """
     hand = request.getfixturevalue("small_hand") if scanned else "house-joined"
 
     def lines(text):
-        (sheet,) = TextDocument(text, prepare(WritingOptions(hand, 7), SheetOptions("120x90mm", "5mm"))).set_pages()[1]
+        (sheet,) = TextDocument(text, prepare(WritingOptions(hand, 10), SheetOptions("120x90mm", "5mm"))).set_pages()[1]
         return [list(line.placed) for line in sheet.manuscript.lines]
 
     def places(line):
