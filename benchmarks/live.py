@@ -25,6 +25,7 @@ import numpy as np
 
 from benchmarks import ebb, plot
 from handout.errors import DeviceError
+from handout.motion import timing
 from handout.plotting import observation
 from handout.plotting.driver import PlotReport
 from handout.plotting.jobs import runner, store
@@ -133,8 +134,8 @@ def rests(meant: Drawing, executed: Drawing) -> list[tuple[int, float, float]]:
         if not observation.goes_somewhere(a, b):
             continue
         moved = np.append(True, np.any(np.diff(b.xy, axis=0) != 0.0, axis=1))
-        clock, way = b.t[moved], observation.along_path(b.xy[moved])
-        whole = observation.along_path(a.xy)
+        clock, way = b.t[moved], timing.arc_length(b.xy[moved])
+        whole = timing.arc_length(a.xy)
         there = np.interp(np.stack([way[:-1] - _STEP, way[1:] + _STEP]) * whole[-1] / way[-1], whole, a.t)
         still = np.diff(clock) - (there[1] - there[0])
         found += [(number, float(clock[at] - clock[0]), float(still[at])) for at in np.flatnonzero(still > REST)]

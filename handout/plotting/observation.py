@@ -25,6 +25,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from handout.motion.timing import arc_length
 from handout.plotting.dialects import Command
 from handout.plotting.planning.plan import Plan
 from handout.values import Array, Drawing, Stroke
@@ -114,7 +115,7 @@ def deviation_of(a: Stroke, b: Stroke) -> float:
 def _measure_distance(path: Array, other: Array) -> float:
     """Greatest distance of a point on one path from the other path at about the same share of its length."""
     points, at = _dense(path, 0.1)
-    along = along_path(other)
+    along = arc_length(other)
     if along[-1] == 0.0:
         return float(np.hypot(*(points - other[0]).T).max())
     guess = at * (along[-1] / at[-1] if at[-1] > 0 else 0.0)
@@ -132,14 +133,9 @@ def _measure_distance(path: Array, other: Array) -> float:
     return float(np.sqrt((off_x * off_x + off_y * off_y).min(axis=1)).max())
 
 
-def along_path(xy: Array) -> Array:
-    """(n,) mm: how far along its path each point of a stroke lies."""
-    return np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(xy, axis=0).T))])
-
-
 def _dense(xy: Array, step: float = _PATH_STEP) -> tuple[Array, Array]:
     """Points every `step` mm along a path, corners included, and how far along they are."""
-    arc = along_path(xy)
+    arc = arc_length(xy)
     at = np.union1d(arc, np.arange(0.0, arc[-1], step))
     keep = np.append(True, np.diff(arc) > 0)
     return np.stack([np.interp(at, arc[keep], xy[keep, axis]) for axis in (0, 1)], axis=1), at
@@ -158,7 +154,7 @@ def _grid(stroke: Stroke) -> Array:
 
 def _speeds_in_place(a: Stroke, b: Stroke) -> tuple[Array, Array]:
     """Intended and executed speed where the pen was meant to be at equal steps of time."""
-    t, arc_a, arc_b = _grid(a), along_path(a.xy), along_path(b.xy)
+    t, arc_a, arc_b = _grid(a), arc_length(a.xy), arc_length(b.xy)
     xy = np.stack([np.interp(t, a.t, a.xy[:, axis]) for axis in (0, 1)], axis=1)
     along = _match(xy, np.interp(t, a.t, arc_a) * arc_b[-1] / arc_a[-1], b.xy)
     when = np.interp(along, arc_b, b.t)
@@ -189,8 +185,8 @@ def _compare_speeds(moving: list[tuple[Stroke, Stroke]]) -> tuple[float, float]:
     wanted, executed = [], []  # at equal steps of time, (n,); at the same times and every lag, (n, lags)
     for a, b in moving:
         t = _grid(a)
-        wanted.append(_speed_at(t, a.t, along_path(a.xy)))
-        executed.append(_speed_at((t - a.t[0] + b.t[0])[:, None] + _LAGS, b.t, along_path(b.xy)))
+        wanted.append(_speed_at(t, a.t, arc_length(a.xy)))
+        executed.append(_speed_at((t - a.t[0] + b.t[0])[:, None] + _LAGS, b.t, arc_length(b.xy)))
     want, lagged = np.concatenate(wanted), np.concatenate(executed)
     best = int(np.argmin(((lagged - want[:, None]) ** 2).sum(axis=0)))
     return _correlation(want, lagged[:, best]), _rms(want, lagged[:, best])

@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 
 from handout import atomic
+from handout.motion.timing import arc_length
 from handout.plotting.driver import PlotReport
 from handout.plotting.observation import (
     Observation,
-    along_path,
     compare_strokes,
     goes_somewhere,
     has_speed,
@@ -230,5 +230,5 @@ def _pairs(intended: Drawing, executed: Drawing) -> Iterator[tuple[Stroke, Strok
 
 def _share(xy: Array) -> Array:
     """How much of the length of a path lies before each of its points, 0 to 1."""
-    along = along_path(xy)
+    along = arc_length(xy)
     return np.asarray(along / along[-1])

@@ -127,14 +127,15 @@ class ScannedHandwriting:
     def set_paragraph(self, words: Iterable[Choice]) -> Iterator[SetUnit]:
         """See `pages.Handwriting`; all words of the paragraph are set together, as one line."""
         choices = list(words)
-        spelling = [(choice.key, choice.spaces, choice.intended, *choice.letters) for choice in choices]
+        spelling = [(choice.key, choice.spaces, choice.intended, *map(spelt, choice.letters)) for choice in choices]
         numbers = [tuple(choice.numbers.tolist()) for choice in choices]
         key = (*self._seed, self._variation, tuple(spelling), tuple(numbers))
         units = self._before.paragraphs.pop(key, None)
         if units is None:
             units = list(self.set_words(choices, [word_stream(self._seed, choice.key) for choice in choices]))
         self._before.keep(key, units)
-        return iter(units)
+        for choice, unit in zip(choices, units, strict=True):  # which may stand elsewhere in the text since
+            yield replace(unit, word=replace(unit.word, at=tuple(letter.at for letter in choice.letters)))
 
     def set_words(self, choices: Sequence[Choice], streams: Sequence[np.random.Generator]) -> Iterator[SetUnit]:
         """Words of a paragraph, each of which varies by a stream of its own."""

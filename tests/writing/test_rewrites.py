@@ -64,7 +64,7 @@ def test_what_is_added_or_changed_leaves_all_else_as_it_was(request, scanned):
     hand = request.getfixturevalue("small_hand") if scanned else "house-joined"
 
     def lines(text):
-        (sheet,) = TextDocument(text, prepare(WritingOptions(hand, 10), SheetOptions("120x90mm", "5mm"))).set_pages()[1]
+        (sheet,) = TextDocument(text, prepare(WritingOptions(hand, 11), SheetOptions("120x90mm", "5mm"))).set_pages()[1]
         return [list(line.placed) for line in sheet.manuscript.lines]
 
     def places(line):

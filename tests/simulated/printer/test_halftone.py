@@ -88,5 +88,5 @@ def test_every_paper_is_a_paper():
         assert spectra.lab(spectra.xyz(paper.spectrum)) == pytest.approx(paper.lab)
         assert 0.5 < paper.spectrum.min() <= paper.spectrum.max() < 1
         assert 0 <= paper.gain <= printer.GREATEST_GAIN and 0 <= paper.surface <= 0.1
-    with pytest.raises(InputError, match=r"no paper 'whit'; did you mean 'white'\?"):
+    with pytest.raises(InputError, match=r"no paper 'whit' \(did you mean 'white'\?\)"):
         printer.find_paper("whit")
