@@ -54,7 +54,7 @@ def learn_beside(hand: ScannedHand, *, strokes: bool = False) -> None:
 
     strokes : whether those of all its glyphs are asked for, as `learn` has it.
     """
-    if file.beside(hand) is None:
+    if file.beside(hand) is None or not hand.glyphs:
         return
     if strokes:
         from handout.motion.recovery.letter_forms import HANDS
