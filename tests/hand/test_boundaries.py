@@ -23,17 +23,17 @@ def with_stroke_given_away(hand, second, confirmed=False):
 @pytest.mark.slow
 def test_strokes_that_were_given_away_come_back(small_hand):
     joined = [n for n, glyph in enumerate(small_hand.glyphs) if glyph.before >= 0 and glyph.letter.isalpha()]
-    joined = [n for n in joined if small_hand.glyphs[small_hand.glyphs[n].before].ligatures][:9]
+    joined = [n for n in joined if small_hand.glyphs[small_hand.glyphs[n].before].ligatures]
     back = []
     for second in joined:
         spoilt, given = with_stroke_given_away(small_hand, second)
-        mended, count = mend_boundaries(spoilt)
+        mended, _ = mend_boundaries(spoilt)
         back.append(np.isin(given, mended.glyphs[second].vertices).mean())
-        assert count > 0
         inked = [np.concatenate([glyph.vertices for glyph in hand.glyphs]) for hand in (spoilt, mended)]
         assert len(np.unique(inked[1])) == len(inked[1])  # no ink is two letters'
         assert np.isin(inked[1], inked[0]).all()
-    assert np.mean(back) > 0.6, back
+    assert len(joined) > 20 and np.mean(np.array(back) > 0.3) > 0.7, back
+    assert mend_boundaries(small_hand)[1] <= 1  # and next to nothing moves where nothing was given away
 
 
 def test_what_a_person_confirmed_keeps_its_ink(small_hand):
