@@ -63,9 +63,9 @@ def test_signs_keep_clear_of_their_neighbours(name):
             letters = word.glyphs[i].letter + word.glyphs[i + 1].letter
             if not letters.isalnum() and not set(letters) & set(".,'"):
                 found.append((apart(word.strokes[i], word.strokes[i + 1]), text, letters))
-    nearest = min(found)
+    nearest = sorted(found)
     # without a rule for signs: 0.00 to 0.03, and 21, 12 and 1 % of the pairs are nearer than 0.15
-    assert nearest[0] > 0.08, nearest
+    assert nearest[0][0] > 0.08 and nearest[1][0] > 0.1, nearest[:2]  # letters vary: of 920 pairs one is nearer
     assert np.mean([distance < 0.2 for distance, _, _ in found]) < 0.05
 
 
