@@ -27,7 +27,7 @@ def feet(path):
 
 
 def write(call, *options):
-    out, err = call("write", TEXT, "--page", "A5", "--seed", 3, "--json", "-o", "a.json", *options)
+    out, err = call("write", TEXT, "--page", "A5", "--seed", 1, "--json", "-o", "a.json", *options)
     return json.loads(out), err
 
 

@@ -113,7 +113,7 @@ def test_a_row_longer_than_the_header_fails_alone(tmp_path):
         (b"", "is empty"),
         (b"\xef\xbb\xbf\r\n  \r\n", "is empty"),
         (b";;\n;;\n", "is empty"),
-        (b"name,street,city\n\n,,\n", "no addresses below the header in row 1"),
+        (b"name,street,city\n\n,,\n", "no rows below the header in row 1"),
         (b"PK\x03\x04\x14\x00\x06\x00rest", "damaged packed file"),
         (b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1", "Excel"),
         (b"\x89PNG\r\n\x1a\n", "PNG"),
