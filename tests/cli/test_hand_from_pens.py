@@ -39,7 +39,11 @@ def test_a_hand_of_labelled_letters_is_written_and_plotted_with(call):
 
 def test_a_hand_of_a_font(call):
     glyphs = {"n": "M0 0L0 500L300 500L300 0", "u": "M0 500L0 0L300 0L300 500", "l": "M0 0L0 900"}
-    glyphs |= {"m": "M0 0L0 500L500 500L500 0M250 500L250 0", "v": "M0 500L150 0L300 500", "x": "M0 500L300 0M0 0L300 500"}
+    glyphs |= {
+        "m": "M0 0L0 500L500 500L500 0M250 500L250 0",
+        "v": "M0 500L150 0L300 500",
+        "x": "M0 500L300 0M0 0L300 500",
+    }
     body = "".join(f'<glyph unicode="{letter}" d="{path}"/>' for letter, path in glyphs.items())
     Path("font.svg").write_text(FONT.format(body))
     _, err = call("hand", "read", "me", "--ink", "font.svg", "-o", "me.hand")
