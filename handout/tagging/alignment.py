@@ -137,8 +137,6 @@ def odd_words(reader: PageReader, texts: Sequence[TranscriptLine], fits: Sequenc
 
     None of lines that fit poorly, which are told as a whole, nor of those with words struck out.
 
-    Parameters
-    ----------
     texts : of each line of the page, whose fits `line_fits` worked out.
 
     Source: own method: scores of the line's best segmentation with one word less, or with one unread stretch more.
@@ -316,8 +314,6 @@ def align(
 ) -> Alignment:
     """Find every letter of a page.
 
-    Parameters
-    ----------
     page : with its mask of ink and its text lines.
     transcript : what is written, a line of text for a line of the page where that is known; ``~~words~~`` were struck
         out. Line breaks that differ from the page's are found.

@@ -162,8 +162,6 @@ def decode(
 ) -> Decoded:
     """The best places for `letters` (of the alphabet, spaces among them) along a line.
 
-    Parameters
-    ----------
     widths : usual width of each letter, pixels.
     held : what is known of the place of some of them, by their number among `letters`.
     """

@@ -184,8 +184,6 @@ def doubt_cropped_glyphs(
 def reaches_edge(graph: LineGraph, shape: tuple[int, int], pixel: float) -> NDArray[np.bool_]:
     """(n,): whether the line of each vertex reaches the edge of its picture.
 
-    Parameters
-    ----------
     graph : of a page, with `uv` in pixels of that picture and radii in mm.
     shape : (height, width), pixels.
     pixel : mm, its side.

@@ -88,9 +88,6 @@ class _Offer:
 class InkExchange:
     """The ink of a page while its letters exchange it.
 
-    Parameters
-    ----------
-    sheet : the page.
     letter : (n,) int: the letter of each vertex, −1 for none.
     names, lines : of all letters, in the order of writing.
     reader : that knows the author.

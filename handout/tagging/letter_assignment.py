@@ -72,8 +72,6 @@ class Assignment:
 def assign_letters(graph: LineGraph, alignment: Alignment, owner: NDArray[np.integer]) -> Assignment:
     """Give every vertex of a page to a letter.
 
-    Parameters
-    ----------
     graph : LineGraph, of the page; its `uv` are pixels.
     owner : (n,) int: number of the line that each vertex belongs to (see `line_space.vertex_lines`), −1 for none.
     """

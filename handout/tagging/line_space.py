@@ -82,8 +82,6 @@ def describe(image: Image, columns: Indices | None = None) -> Image:
 
     They are square roots, in hundredths, so that a crossing counts little more than a stroke.
 
-    Parameters
-    ----------
     image : (HEIGHT, w) uint8
     columns : (n,) int, optional: which of the `column_count` described columns.
     """
@@ -201,8 +199,6 @@ def straight_lines(ink: NDArray[np.bool_], text_lines: TextLines, pixel: float) 
 def strips(mask: NDArray[np.bool_], frames: Sequence[LineFrame]) -> list[LineStrip]:
     """The lines of a page, straightened and made upright.
 
-    Parameters
-    ----------
     mask : (h, w) bool, where there is ink.
     frames : of the lines; their own slants are replaced by the page's, found here.
     """

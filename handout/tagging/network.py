@@ -98,8 +98,6 @@ def train_network(
 ) -> RectifierNetwork:
     """The network after more training: Adam, dropout, smoothed labels, a rate that falls to a tenth.
 
-    Parameters
-    ----------
     importance : (n,) float32, optional: weight of every column.
     on_epoch : called after every epoch with its number and mean loss.
     """

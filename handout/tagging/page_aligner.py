@@ -94,8 +94,6 @@ class _LineWindow:
 class PageAligner:
     """One page of a hand, and what of it is worked out once.
 
-    Parameters
-    ----------
     page : one that `can` be aligned.
     reader : that knows the author (`author_reader`).
     """
@@ -135,8 +133,6 @@ class PageAligner:
     def align_correction(self, before: ScannedHand, after: ScannedHand, number: int) -> Renewed:
         """A hand after a correction, with what that means for the words around it.
 
-        Parameters
-        ----------
         before, after : the hand as this page knows it, and with the correction made.
         number : of the page.
         """

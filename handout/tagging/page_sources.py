@@ -122,8 +122,6 @@ def _pages(name: str) -> list[tuple[Path, int | None]]:
 def gather_sources(names: Sequence[str], texts: Sequence[tuple[str, str]], dpi: float | None) -> list[PageSource]:
     """The pages of some files, each with its transcript: its own of `texts`, or what a prompt sheet says of itself.
 
-    Parameters
-    ----------
     names : as `chosen_pages`.
     texts : names and contents, in the order of the pages; sheets need none.
     dpi : pixels an inch, where neither a file nor a sheet's marks say.
@@ -197,8 +195,6 @@ def tagged_pages(
 ) -> Iterator[TaggedPage]:
     """The pages with their letters, one after the other, all on one scale of densities.
 
-    Parameters
-    ----------
     sources : as `gather_sources` gives them.
     seed : the same one gives the same pages.
     pen : one of `mask.PENS`, optional.
@@ -358,8 +354,6 @@ def _ink_alone(
     print and that of the ink, least squares with neither below 0, and the ink's is kept: its colour is the pen's, how
     dark it is its own.  Source: own method (two layers of Beer and Lambert).
 
-    Parameters
-    ----------
     paper : (h, w, 3), without ink and print.
     layers : (h, w) each: where print is seen, where the pen has written, and where it may have written over print.
     """
@@ -397,8 +391,6 @@ _QUARTERS = {1: "on its side, its top to the right", 2: "upside down", 3: "on it
 def find_turn(inked: Inked, transcript: str, rng: np.random.Generator) -> int:
     """The number of quarter turns, anticlockwise, that make a page lie upright.
 
-    Parameters
-    ----------
     transcript : what is written on the page.
 
     Raises InputError: the page is mirrored, shows two columns, or has another size or another text.

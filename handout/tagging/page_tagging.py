@@ -82,8 +82,6 @@ def tag_page(
 ) -> TaggedPage:
     """Find the letters of a page that has been read.
 
-    Parameters
-    ----------
     transcript : what is written on it; words struck out as ``~~words~~`` are no letters of the hand.
     rng : the same generator gives the same page.
     method : of the alignment, as `alignment.align` takes it.
@@ -153,8 +151,6 @@ def with_transcript_lines(written: WrittenPage, transcript: str, rng: np.random.
 def tag_labelled_page(written: WrittenPage, transcript: str, graphemes_at: Indices) -> TaggedPage:
     """Tag a page for which the letter of every vertex is known.
 
-    Parameters
-    ----------
     graphemes_at : (n,) int: index of the grapheme of the transcript that each vertex belongs to, −1 for none.
 
     Raises InputError: the page has no lines.

@@ -186,8 +186,6 @@ def laid_out(
 ) -> Iterator[RecordedPage]:
     """Pages with the pieces in rows, each piece on the baseline of its row.
 
-    Parameters
-    ----------
     x_height : of the writing, mm of the recording, as the others are.
     column, row, most : greatest height of the lines of a page, length of a line, and distance of lines.
     """
@@ -243,8 +241,6 @@ _SEED = 0
 def recorded_pages(recordings: Sequence[RecordedPage], say: Say) -> list[RecordedPage]:
     """The pages of some recordings: each with a text as it is, labelled pieces of the others laid out in lines.
 
-    Parameters
-    ----------
     recordings : with drawings of any format; without a text, a recording's own labels are taken.
     say : takes sentences to show the user.
 
@@ -347,8 +343,6 @@ def _sheet(recording: RecordedPage, factor: float, timed: bool) -> RecordedPage:
 def font_specimen(name: str, font: Hand) -> list[RecordedPage]:
     """Pages in a font, as recordings whose letters are known.
 
-    Parameters
-    ----------
     name : of its file, for messages.
     font : as `hand.svg_font.read` gives it.
     """

@@ -80,18 +80,11 @@ def correct(
 ) -> Corrected:
     """Make corrections to a hand, and align the pages that they are on anew, with what they teach.
 
-    Parameters
-    ----------
-    hand : ScannedHand
     corrections : one, or several that are made in their order and learned from together.
     learning : False: only what they say is done.
-    tell : function, optional
-        Told how far it has come.
+    tell : told how far it has come.
 
-    Raises
-    ------
-    InputError
-        A correction that cannot be made; the message has its number.
+    Raises InputError: a correction that cannot be made; the message has its number.
 
     Source: own method.
     """
@@ -171,8 +164,6 @@ def _inks(hand: ScannedHand, unmoved: set[tuple[int, int]]) -> dict[tuple[int, i
 def realign_page(hand: ScannedHand, number: int, *, rng: np.random.Generator, tell: Tell = silent) -> ScannedHand:
     """The hand with one of its pages aligned anew; what is confirmed there stays.
 
-    Parameters
-    ----------
     hand : with its corrections made.
     number : of the page.
     rng : the same generator gives the same hand.

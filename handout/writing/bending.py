@@ -115,8 +115,6 @@ def bend(
 ) -> Bend:
     """A bend of a glyph within its author's own spread for the letter.
 
-    Parameters
-    ----------
     drift : (3,): width, height and slant of the writing here, in deviations of the letter's.
     height : of the glyph's centre over its baseline; letters grow and lean from the baseline.
     variation : 0 none, 1 usual; the author's range bounds it however great it is.

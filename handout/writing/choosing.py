@@ -51,8 +51,6 @@ def word_stream(seed: Sequence[int], key: Sequence[int]) -> np.random.Generator:
 
     So a text that is changed in one place is varied as it was in all others.  Source: own method.
 
-    Parameters
-    ----------
     seed : of what varies, drawn from the generator of the text; key : see `Choice`.
     """
     return np.random.default_rng([*seed, *key])
@@ -165,8 +163,6 @@ class Choice:
 class GlyphChooser:
     """Chooses the glyphs of one text, word by word; remembers what it used.
 
-    Parameters
-    ----------
     variation : 0: the glyphs that go together best, always the same.  1: as the author varies.
     """
 

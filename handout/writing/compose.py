@@ -51,31 +51,17 @@ def compose(
 ) -> list[Manuscript]:
     """Write `text` in `hand`, without ink and without time.
 
-    Parameters
-    ----------
-    text : str
-        Unicode; a newline starts a paragraph, leading spaces indent it.
-    layout : Layout
-        Page, margins, size, alignment.
-    rng : numpy.random.Generator
-        All variation comes from it.
-    pages : int, optional
-        How many pages there may be; None: as many as are needed (one, where `layout.fit` asks to shrink).
-    fallback : bool
-        Accept borrowed forms for characters that the hand lacks.
-    slips : float
-        How many words in 100 are begun wrongly, struck out and written again, 0 to 100; which, is told in `about`.
+    text : Unicode; a newline starts a paragraph, leading spaces indent it.
+    layout : page, margins, size, alignment.
+    rng : all variation comes from it.
+    pages : how many pages there may be; None: as many as are needed (one, where `layout.fit` asks to shrink).
+    fallback : accept borrowed forms for characters that the hand lacks.
+    slips : how many words in 100 are begun wrongly, struck out and written again, 0 to 100; which, is told in `about`.
 
-    Returns
-    -------
-    list of Manuscript, one a page.
+    Returns list of Manuscript, one a page.
 
-    Raises
-    ------
-    InputError, MissingCharacters
-        Nothing to write, or not in this hand.
-    DoesNotFit
-        More text than the pages hold; the message says by how much.
+    Raises InputError, MissingCharacters: nothing to write, or not in this hand.
+    Raises DoesNotFit: more text than the pages hold; the message says by how much.
     """
     sheets = each_page(text, hand, layout, rng, pages=pages, fallback=fallback, slips=slips)
     return [sheet.manuscript for sheet in sheets]

@@ -99,8 +99,6 @@ def _evenly(stroke: Array) -> Array:
 def bound_bars(glyphs: Sequence[Glyph], strokes: Sequence[list[Array]]) -> None:
     """Shorten the bars of t and f that would strike through other letters of their word, or fly far beyond its ends.
 
-    Parameters
-    ----------
     strokes : of each glyph, (n, 2) in the word's space; bars are replaced where they change.
     """
     if not any(glyph.letter in CROSSED for glyph in glyphs):
@@ -162,8 +160,6 @@ def _reach(bar: Array, stem: float, ink: Sequence[Array], most: float) -> float:
 def clear_dots(glyphs: Sequence[Glyph], strokes: Sequence[list[Array]]) -> None:
     """Move the dots and accents that would touch other letters of their word to the nearest place that is clear.
 
-    Parameters
-    ----------
     strokes : of each glyph, (n, 2) in the word's space; dots and accents are replaced where they move.
     """
     for i, glyph in enumerate(glyphs):
@@ -337,8 +333,6 @@ def slur_stroke(stroke: Array, share: float) -> Array:
 class DrawnHandwriting:
     """Writes one text in a drawn hand, word by word on demand, independently of the lines.
 
-    Parameters
-    ----------
     streams : the generators of the text, and of what in it is struck out: all else stays as it is without.
     jitter : scale of all variation; rewrites : words that are written again.
     """

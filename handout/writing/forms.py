@@ -98,14 +98,9 @@ class Connectors:
 class ExtractedStrokes:
     """The bodies of all glyphs of a hand, and the ways between them.
 
-    Parameters
-    ----------
-    hand : ScannedHand
     ways : glyph → the paths of its ligatures to the next.
     centre : (n, 2) float, line space.
 
-    Attributes
-    ----------
     bodies : Lines, one a glyph: what is not on the way to another, with the ends of those ways.
     entries, exits : Connectors
     """
@@ -236,8 +231,6 @@ _TARGETS_APART = 3.2  # half widths between two targets
 def targets(xy: Array, radius: Array, edges: Indices) -> Array:
     """(k, 2): the targets of a line, none very near another.
 
-    Parameters
-    ----------
     xy, radius, edges : as in `values.LineGraph`.
     """
     apart = _TARGETS_APART * float(np.median(radius))

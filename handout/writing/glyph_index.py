@@ -166,8 +166,6 @@ def better_lent(hand: ScannedHand, letter: str) -> bool:
 class TransitionCosts:
     """The costs of all pairs of a hand's glyphs, each worked out when it is first asked for.
 
-    Parameters
-    ----------
     exits, entries : (n, k, p, 2) float; residual : (n, 4) float; after : (n,) int; leaving, entered : (n,) float: see
         `GlyphIndex`.
     letters : (n) of the glyphs.
@@ -242,8 +240,6 @@ def mismatch(exits: Array, entries: Array) -> Array:
     under any shift; a way out of an o, which is high, then meets one into an n that begins low.)  Of several ligatures
     the best two count.
 
-    Parameters
-    ----------
     exits, entries : (…, k, p, 2) float, line space: places along ligatures, nan for none.
     """
     pairs = np.broadcast_shapes(exits.shape[:-3], entries.shape[:-3])

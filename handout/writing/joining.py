@@ -67,18 +67,14 @@ def smooth(t: Array) -> Array:
 def blend(out: Connector, into: Connector, out_xy: Array, into_xy: Array, unit: float) -> tuple[Array, Array, Array]:
     """One way made of two.
 
-    Parameters
-    ----------
     out, into : the way as the letter on the left has it, and as the one on the right has it.
     out_xy, into_xy : (n, 2), (m, 2) float: where their vertices lie.
     unit : height of a small letter in the same unit.  Ways further apart than a share of it do not belong to one
         movement: a mean of them has waves that neither has, and the pen goes straight from the one to the other.
 
-    Returns
-    -------
-    t : (k,) how far along each vertex is; `at` gives what else a way has there.
-    xy : (k, 2); begins where `out` begins and ends where `into` ends, in their directions.
-    radius : (k,)
+    Returns t : (k,) how far along each vertex is; `at` gives what else a way has there.
+        xy : (k, 2); begins where `out` begins and ends where `into` ends, in their directions.
+        radius : (k,)
     """
     t = out.share_along if len(out) >= len(into) else into.share_along
     weight = smooth(t)[:, None]
@@ -134,18 +130,14 @@ def set_line(
 ) -> list[LineGraph]:
     """The ink of one line.
 
-    Parameters
-    ----------
     forms, bends : n, of its glyphs.
     centres : (n, 2) float, line space: where they lie.
     joints : n − 1: the ways out of each and into the next that become one ligature; none where there is a space.
     x_height : of the hand, line space.
 
-    Returns
-    -------
-    A graph a glyph: `xy` and `radius` in line space, `uv` in pixels of the glyph's own picture.  It has the glyph's
-    body, and the whole of every ligature that joins it, which its neighbour has too, along the same way but with ink
-    of its own.
+    Returns a graph a glyph: `xy` and `radius` in line space, `uv` in pixels of the glyph's own picture.  It has the
+    glyph's body, and the whole of every ligature that joins it, which its neighbour has too, along the same way but
+    with ink of its own.
 
     Source: seed 000, §6.4.
     """

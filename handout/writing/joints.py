@@ -42,8 +42,6 @@ _ROUNDING = 1e-9  # line space: places nearer than that are one
 class Joints:
     """The ligatures between glyphs of a hand.
 
-    Parameters
-    ----------
     forms : of the hand.
     """
 

@@ -73,8 +73,6 @@ def line_geometries(
 ) -> list[LineGeometry]:
     """How the lines of a page lie, from its first to its last.
 
-    Parameters
-    ----------
     jitter : scale of all variation.
     reach : half the width between the margins, x-heights.
     """
@@ -169,10 +167,7 @@ class Layout:
         many times.
     at : a place in the text, graphemes from 0: only the page that holds it is placed; past the end the last one.
 
-    Raises
-    ------
-    InputError
-        Margins that leave no room, or an x-height or line distance outside its bounds.
+    Raises InputError: margins that leave no room, or an x-height or line distance outside its bounds.
     """
 
     page: Page

@@ -90,13 +90,9 @@ _Glyphs: TypeAlias = tuple[InkGlyph, ...]
 class ScannedHandwriting:
     """Writes one text in a scanned hand, a paragraph when it is asked for.
 
-    Parameters
-    ----------
     rng : of how glyphs are set.
     variation : 0: where they fit best; 1: as the author varies.
 
-    Attributes
-    ----------
     writers : none, since every word varies by itself.
     again, rewriting : seeds by which words are set that read as others, and those that are to be written again.
     """

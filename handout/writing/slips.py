@@ -49,13 +49,10 @@ def check_rate(rate: float) -> float:
 def slip(paragraphs: Iterable[Sequence[Piece]], rate: float, rng: np.random.Generator) -> Iterator[list[Piece]]:
     """A text with slips, paragraph after paragraph: before some words a `StruckLetters` one and a space.
 
-    Parameters
-    ----------
     paragraphs : as `text.paragraphs_of` gives them.
     rate : slips in 100 words, 0 to 100.  Words of one letter, in capitals only, with a digit or anything else within
         them that is no letter, and parts of words with a hyphen, are never wrong.
-    rng : numpy.random.Generator
-        Of the slips only.
+    rng : of the slips only.
 
     Raises InputError: a rate out of its bounds.
     """
@@ -160,12 +157,7 @@ _HABIT = 0.7  # how often a writer does it in the usual way
 
 
 class StrikeThrough:
-    """Strikes out the words of one text, mostly in one way, which is the writer's.
-
-    Parameters
-    ----------
-    rng : numpy.random.Generator
-    """
+    """Strikes out the words of one text, mostly in one way, which is the writer's."""
 
     def __init__(self, rng: np.random.Generator) -> None:
         self._rng = rng

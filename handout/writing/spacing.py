@@ -501,8 +501,6 @@ class HeightModel:
 def smoothed(height: Array, rise: Array, deviation: Array, hold: float = 1.0) -> Array:
     """The likeliest heights of a line's letters.
 
-    Parameters
-    ----------
     height : (n,) float: where each stood on its own line, unary N(height, hold²).
     rise, deviation : (n − 1,) float: of each letter over the one before it.
     """
@@ -597,16 +595,12 @@ def resolve_collisions(
 ) -> Array:
     """How far each glyph's centre stands to the right of the one before it, where they are bent and at their heights.
 
-    Parameters
-    ----------
     numbers : (n,) int; new_word : (n,) bool: see `gaps`.
     apart : (n − 1,) float, line space: the same of glyphs that are as they were in the source.
     y : (n,) float, line space: how high the centres stand.
     bends : n, of the glyphs.
 
-    Returns
-    -------
-    (n − 1,) float, line space.
+    Returns (n − 1,) float, line space.
     """
     if len(numbers) < 2:
         return apart

@@ -22,10 +22,7 @@ _MARGIN = 3.0  # x-heights round the sheet
 def specimen(hand: Hand, text: str, rng: np.random.Generator, *, width: float, x_height: float) -> Manuscript:
     """All drawn forms as they were drawn, a row after the other, and below them `text` as the hand writes it.
 
-    Parameters
-    ----------
-    width, x_height : mm
-        Of the sheet, whose height follows, and of the letters.
+    width, x_height : mm: of the sheet, whose height follows, and of the letters.
     """
     room = width / x_height - 2 * _MARGIN
     rows = list(_rows(hand, room))

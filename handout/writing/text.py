@@ -320,14 +320,10 @@ def spell(text: str, hand: Repertoire, *, fallback: bool = False, marked: bool =
 
     The whole text is checked before this returns.
 
-    Parameters
-    ----------
-    fallback : bool
-        Accept borrowed forms: an accent that the hand lacks is left out, a letter is taken from the other case, and a
-        picture (an emoji), or a name in another alphabet beside the same in this one, is not written; `borrowed`
+    fallback : accept borrowed forms: an accent that the hand lacks is left out, a letter is taken from the other case,
+        and a picture (an emoji), or a name in another alphabet beside the same in this one, is not written; `borrowed`
         tells what.
-    marked : bool
-        See `written_units`.
+    marked : see `written_units`.
 
     Raises InputError: nothing to write. MissingCharacters: the hand lacks characters; the message lists all of them
     with their places.

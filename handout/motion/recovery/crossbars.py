@@ -96,8 +96,6 @@ def find_crossbar(
 ) -> tuple[int, ...]:
     """The ends along a letter's own crossbar, from left to right, or from above; () if there is none.
 
-    Parameters
-    ----------
     loose : ends at loose nodes where a bar may begin.
     x_height : in the unit of the network.
     aslant : whether it is the stroke that falls to the left in an x.

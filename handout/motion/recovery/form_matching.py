@@ -22,13 +22,9 @@ _MOST_OPEN = 0.5  # of a path, at most, is skipped on the way from or to another
 def nearest_forms(forms: LetterForms, xy: Array, most: int) -> tuple[LetterForms, Array]:
     """The forms of a letter that lie nearest to a line, those of built-in hands before others, the nearest first.
 
-    Parameters
-    ----------
     xy : (n, 2) float, y up: places all over the letter's line.
 
-    Returns
-    -------
-    LetterForms : of `most` forms of each kind at most.
+    Returns LetterForms : of `most` forms of each kind at most.
     (f, s, 2) float: these, laid over the line.
     """
     places = xy[:: max(1, len(xy) // _PLACES)]
@@ -50,15 +46,11 @@ def form_distances(
 ) -> Array:
     """How far each way of writing is from each form of a letter.
 
-    Parameters
-    ----------
     ways : for each its strokes, (n, 2) float, in order, y up.
     forms : LetterForms, f of them; laid : (f, s, 2) float: these, laid over the letter.
     entered, left : whether the pen comes from another letter, and goes to one: the way from there need not be like.
 
-    Returns
-    -------
-    (w, f) float ≥ 0: mean cost along both paths; about .2 for the same way of writing, 1 and more for others.
+    Returns (w, f) float ≥ 0: mean cost along both paths; about .2 for the same way of writing, 1 and more for others.
     """
     weights = letter_forms.WEIGHTS
     sampled = _evenly(ways, laid.shape[1])

@@ -107,8 +107,6 @@ def gap_bridges(
 ) -> Indices:
     """(m, 2): edges to add to a line, over gaps where its ink is taken to have failed.
 
-    Parameters
-    ----------
     half_width : half the usual width of the line.
     owner : (n,) int: number of the letter that each vertex belongs to in its word, −1 for what is not looked at.
     joined_share : share of letters that are joined to the next.
@@ -161,8 +159,6 @@ def bridge_gaps(
 ) -> Indices:
     """(m, 2): the edges of one letter's line, and its `gap_bridges`.
 
-    Parameters
-    ----------
     cut : loose ends where it goes on in another letter.
     least : extent under which a piece is a dot.
     """

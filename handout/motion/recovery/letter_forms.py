@@ -109,8 +109,6 @@ class LetterForms:
 def forms_of(letter: str, entered: bool, left: bool, hands: tuple[str, ...] = HANDS) -> LetterForms | None:
     """Forms of a letter; None if no hand has any.
 
-    Parameters
-    ----------
     entered, left : whether the pen comes from another letter, and goes to one, without a lift.
     """
     for name in (letter, unicodedata.normalize("NFD", letter)[:1]):
@@ -267,8 +265,6 @@ def turning_points(
 ) -> list[int]:
     """Vertices in the middle of branches where the nearest forms of the letter begin, cease or turn back.
 
-    Parameters
-    ----------
     body : branches of the letter; own : (n,) int, vertices of these.
     laid : (f, s, 2) float: the forms, laid over the letter.
     """

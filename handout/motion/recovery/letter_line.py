@@ -173,8 +173,6 @@ def loop_direction_errors(
     goes down on its right and comes up on its left.  The two lines of a narrow loop part so smoothly that how they go
     on does not tell which is which.
 
-    Parameters
-    ----------
     strokes : for each the ends by which the pen leaves one node after the other.
     baseline : y of it, None where that is not known.
     x_height : in the unit of the network.
@@ -211,8 +209,6 @@ def _stem_height(net: BranchNetwork, letter: str, baseline: float | None, x_heig
 def _is_reversed(branches: Sequence[tuple[float, float, float]], least: float, tail: float, above: float) -> bool:
     """Whether a loop over some branches, measured, is the wrong way round.
 
-    Parameters
-    ----------
     least : area; a loop of less is a line gone over twice.
     tail : y under which it is that of a tail; above : y over which it is that of a stem or bowl.
     """

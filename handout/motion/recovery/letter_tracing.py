@@ -85,8 +85,6 @@ def candidates(
 ) -> list[Candidate]:
     """Ways in which a letter may have been written, the cheapest first.
 
-    Parameters
-    ----------
     most : how many are given.
     margin : none is given that costs so much more than the cheapest.
     """

@@ -153,8 +153,6 @@ def build_network(
 ) -> BranchNetwork:
     """The branches of a line graph.
 
-    Parameters
-    ----------
     xy, radius, density, edges : as in `values.LineGraph`, y up.
     half_width : half the usual width of the line; default: the median radius.
     usual : as in `BranchNetwork`; default: the medians.

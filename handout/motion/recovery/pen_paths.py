@@ -64,13 +64,10 @@ def pen_paths(
 ) -> list[PenPath]:
     """The pen's paths over a line that is written in a scanned hand, in the order of writing.
 
-    Parameters
-    ----------
     placed : glyphs of `hand`, and strokes, in the order of the text.
     hands : drawn hands whose forms tell how letters are written.
-    delayed_after : {"letter", "word"}
-        When dots, crossbars and accents are written, which ink does not show: once the pen is lifted after their
-        letter, as most recorded writers do, or at the end of the word.
+    delayed_after : {"letter", "word"}: when dots, crossbars and accents are written, which ink does not show: once the
+        pen is lifted after their letter, as most recorded writers do, or at the end of the word.
     """
     model = stroke_order_model(hand, hands)
     paths: list[PenPath] = []
@@ -243,8 +240,6 @@ def join_over_ink(
 def _divide(glyph: PlacedGlyph, leads: set[int]) -> tuple[list[PlacedStroke], list[PlacedStroke]]:
     """A glyph's strokes: those that are written with the word, and those that come after it.
 
-    Parameters
-    ----------
     leads : ligatures by which the pen goes to the next letter.
     """
     main, delayed = ([s for s in glyph.strokes if s.delayed == late] for late in (False, True))

@@ -417,8 +417,6 @@ def outwards(form: GlyphLine) -> Iterator[tuple[Connector, int]]:
 def recorded_strokes(hand: ScannedHand, forms: Forms, number: int, line: LetterLine) -> LetterStrokes:
     """How a glyph of a recorded page was written.
 
-    Parameters
-    ----------
     line : its body, whose vertices are in the order of writing, and after it its ligatures.
     """
     body = forms.vertices(number)

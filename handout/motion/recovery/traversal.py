@@ -69,8 +69,6 @@ def beam_search(
 ) -> list[Traversal]:
     """The cheapest traversals.
 
-    Parameters
-    ----------
     x_height : in the unit of the network.
     ends : where the letter is cut off from others.
     most : how many traversals are given.
@@ -272,8 +270,6 @@ class FormGuide:
 def form_guides(net: BranchNetwork, laid: Array, stroke_of: NDArray[np.intp]) -> Iterator[FormGuide]:
     """A guide for each of some forms.
 
-    Parameters
-    ----------
     laid : (f, s, 2) float: forms of the letter, laid over it; stroke_of : (f, s) int: the stroke that each place is on.
     """
     weights = letter_forms.WEIGHTS
