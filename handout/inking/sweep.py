@@ -40,9 +40,7 @@ _Pixels = NDArray[np.float32]
 _JUNCTION = 1.5  # radii from a junction, within which the width of a line is none of its own
 _WIDEST = 1.5  # radii: what is wider is a blot, or two lines side by side
 _FEWEST = 200  # pixels of clear line that ink can be taken from
-# of them, there and back: letters lent from as many are no worse by eye, at 300 and 600 dpi, than from half a million;
-# the places taken are .074 unlike what is asked for instead of .051 (house-joined-ballpoint)
-_ENOUGH = 50_000
+_ENOUGH = 50_000  # of them: of half a million, places are .051 unlike those asked for, not .074; the ink looks alike
 _AHEAD = 3.0  # radii before and after a place, whose directions count
 _END, _NEAR = 1.6, 1.6  # what the nearness of an end counts beside a direction; radii at which it is 1/e
 _EVEN = 1.2  # radii over which a line's middle is smoothed: its waver is part of its ink
