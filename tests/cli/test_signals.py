@@ -63,7 +63,7 @@ def test_a_second_one_is_not_a_traceback(tmp_path):
 
 
 def test_one_that_comes_while_the_program_is_loaded_is_not_a_traceback(tmp_path):
-    loaded = "import signal\nsignal.signal(signal.SIGINT, signal.default_int_handler)\nsignal.raise_signal(signal.SIGINT)"
+    loaded = "import signal as s\ns.signal(s.SIGINT, s.default_int_handler)\ns.raise_signal(s.SIGINT)"
     (tmp_path / "click.py").write_text(loaded, encoding="utf-8")
     homes = f"{tmp_path}{os.pathsep}{Path(handout.__file__).parents[1]}"
     command = [sys.executable, "-m", "handout", "--version"]
