@@ -164,6 +164,7 @@ _USUAL = [[0.05, 0.3, 0.03], [0.05, 0.08, 0.05], [0.0, 0.15, -0.05], [0.2, 0.6, 
 _WORD_SHARES = (12.0, 84.0)  # per cent: word gaps are drawn from between; narrower look closed, wider are exceptions
 _LIFTED = 75.0  # per cent: letters that are not joined stand no further apart than so many of the author's
 _SHARE = 2.0  # per cent: clearances outside these percentiles are slips of the pen or of the reading
+_FENCE = 1.5  # quartile distances outside the quartiles: Tukey, Exploratory Data Analysis, 1977
 _NEAREST = 10.0  # per cent: letters that are not joined stand no nearer than so many of the author's
 _CLEAR = 0.06  # x-heights between two such letters where a hand shows few
 _NARROW = 10.0  # per cent: the same percentile of word gaps over all heights, higher because cut strokes reach in
@@ -375,7 +376,7 @@ def _gaps(forms: Forms, beyond: Sides, near: Neighbours, x: Array) -> Gaps:
     for pair_kind in (LETTERS, WORDS, MARKS):
         of_kind = clearances[kind == pair_kind]
         if len(of_kind) >= _ENOUGH:
-            low[pair_kind], high[pair_kind] = np.percentile(of_kind, [_SHARE, 100 - _SHARE])
+            low[pair_kind], high[pair_kind] = _usual_range(of_kind)
             usual = np.clip(of_kind, low[pair_kind], high[pair_kind])
             mean[pair_kind], deviation[pair_kind] = usual.mean(), usual.std()
             if pair_kind == WORDS:
@@ -409,6 +410,16 @@ def _of_letter(forms: Forms, glyphs: Indices, clearances: Array, mean: float) ->
 
 
 _PRIOR = 4.0  # pairs that all letters together count for, beside those of one letter
+
+
+def _usual_range(clearances: Array) -> tuple[float, float]:
+    """Least and most of many clearances, without the slips of the pen or of the reading among them."""
+    low, high = np.percentile(clearances, [_SHARE, 100 - _SHARE])
+    if len(clearances) * _SHARE < 200:  # so few are beyond these that a single slip decides where they are
+        first, third = np.percentile(clearances, [25, 75])
+        reach = _FENCE * (third - first)
+        low, high = max(low, first - reach), min(high, third + reach)
+    return float(low), float(high)
 
 
 def _few_gaps(clearances: Array, deviation: float) -> tuple[float, float, float]:

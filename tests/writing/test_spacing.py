@@ -156,3 +156,13 @@ def test_few_marks_are_no_rule(small_hand):
 
     mean, low, high = _few_gaps(np.array([0.1, 0.12, 0.9]), 0.08)
     assert (mean, low, high) == pytest.approx((0.12, 0.04, 0.2))
+
+
+def test_one_full_stop_far_off_is_no_end_of_what_is_usual():
+    """Of 60 marks one stood 53 x-heights off, and full stops were written 4 x-heights behind their words."""
+    from handout.writing.spacing import _usual_range
+
+    clearances = np.append(np.linspace(0.2, 1.2, 59), 53.0)
+    low, high = _usual_range(clearances)
+    assert 0.2 <= low < 0.25 and 1.1 < high < 2.3
+    assert _usual_range(np.append(clearances, np.full(200, 0.5)))[1] < 1.3, "of many the percentile tells"
