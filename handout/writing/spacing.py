@@ -375,20 +375,18 @@ def _gaps(forms: Forms, beyond: Sides, near: Neighbours, x: Array) -> Gaps:
     to_right[kind, first], to_left[kind, second] = clearances, clearances
     for pair_kind in (LETTERS, WORDS, MARKS):
         of_kind = clearances[kind == pair_kind]
-        if len(of_kind) >= _ENOUGH:
-            low[pair_kind], high[pair_kind] = _usual_range(of_kind)
-            usual = np.clip(of_kind, low[pair_kind], high[pair_kind])
-            mean[pair_kind], deviation[pair_kind] = usual.mean(), usual.std()
-            if pair_kind == WORDS:
-                words = of_kind[~near.closes(second[kind == pair_kind])]
-                words = np.sort(words if len(words) >= _ENOUGH else of_kind)
-                level = (x[second] - x[first] + beyond.between(first, second))[kind == pair_kind]
-                word = float(np.percentile(level, _NARROW, method="inverted_cdf"))
-                across = (x[second] - x[first] + beyond.across(first, second))[kind == pair_kind]
-                across = across[np.isfinite(across)]
-                zone = float(np.percentile(across, 100 - _SHARE, method="inverted_cdf")) if len(across) else np.inf
-        elif len(of_kind):
-            mean[pair_kind], low[pair_kind], high[pair_kind] = _few_gaps(of_kind, float(deviation[pair_kind]))
+        if len(of_kind):
+            mean[pair_kind], deviation[pair_kind], low[pair_kind], high[pair_kind] = _usual_gap(
+                of_kind, float(deviation[pair_kind])
+            )
+        if pair_kind == WORDS and len(of_kind) >= _ENOUGH:
+            words = of_kind[~near.closes(second[kind == pair_kind])]
+            words = np.sort(words if len(words) >= _ENOUGH else of_kind)
+            level = (x[second] - x[first] + beyond.between(first, second))[kind == pair_kind]
+            word = float(np.percentile(level, _NARROW, method="inverted_cdf"))
+            across = (x[second] - x[first] + beyond.across(first, second))[kind == pair_kind]
+            across = across[np.isfinite(across)]
+            zone = float(np.percentile(across, 100 - _SHARE, method="inverted_cdf")) if len(across) else np.inf
     letters = clearances[kind == LETTERS]
     of_letter = np.stack(
         [_of_letter(forms, side[kind == LETTERS], letters, float(mean[LETTERS])) for side in (first, second)]
@@ -412,20 +410,21 @@ def _of_letter(forms: Forms, glyphs: Indices, clearances: Array, mean: float) ->
 _PRIOR = 4.0  # pairs that all letters together count for, beside those of one letter
 
 
-def _usual_range(clearances: Array) -> tuple[float, float]:
-    """Least and most of many clearances, without the slips of the pen or of the reading among them."""
+def _usual_gap(clearances: Array, deviation: float) -> tuple[float, float, float, float]:
+    """Mean, deviation, least and most of clearances, without the slips of the pen or of the reading among them.
+
+    deviation : of few of them: one that was set far off must not be what is written every time.
+    """
+    if len(clearances) < _ENOUGH:
+        middle = float(np.median(clearances))
+        return middle, deviation, middle - deviation, middle + deviation
     low, high = np.percentile(clearances, [_SHARE, 100 - _SHARE])
     if len(clearances) * _SHARE < 200:  # so few are beyond these that a single slip decides where they are
         first, third = np.percentile(clearances, [25, 75])
         reach = _FENCE * (third - first)
         low, high = max(low, first - reach), min(high, third + reach)
-    return float(low), float(high)
-
-
-def _few_gaps(clearances: Array, deviation: float) -> tuple[float, float, float]:
-    """Middle, least and most of few clearances: one that was set far off must not be what is written every time."""
-    middle = float(np.median(clearances))
-    return middle, middle - deviation, middle + deviation
+    usual = np.clip(clearances, low, high)
+    return float(usual.mean()), float(usual.std()), float(low), float(high)
 
 
 LEAST = 0.01  # line space: deviation of a rise that is never undercut
