@@ -72,7 +72,8 @@ class LigatureFinder:
         beside = self._beside[
             np.repeat(self._begin[vertices] - np.cumsum(count) + count, count) + np.arange(count.sum())
         ]
-        there = self._owner[beside] == second
+        # where a crossbar crosses its neighbour's line it is both letters', and nothing leads from one to the other
+        there = (self._owner[beside] == second) & ~np.isin(beside, glyph.vertices)
         across = zip(np.repeat(vertices, count)[there].tolist(), beside[there].tolist(), strict=True)
         for v, w in sorted(across, key=lambda edge: (min(edge), max(edge))):
             path = self._find_way(v, w, glyph)

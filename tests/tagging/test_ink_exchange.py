@@ -1,8 +1,11 @@
 """Ink that was given to the wrong neighbour comes back; what no letter had stays nobody's."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from handout.hand.ligatures import find_again
 from handout.motion.recovery.crossbars import WordCrossbars
 from handout.reading import pictures
 from handout.tagging.ink_exchange import NOBODY, SETTINGS, InkExchange, exchange_ink
@@ -109,3 +112,12 @@ def test_the_end_of_a_crossbar_comes_back_and_where_it_crosses_ink_is_both_lette
     held = InkExchange(sheet, taken, names, lines, pictures.load(), frozenset({own}))
     held.give_crossbars([(own, bar)])
     assert np.array_equal(held.letter, taken)
+
+
+def test_nothing_leads_to_a_letter_from_where_a_bar_crosses_it(small_hand):
+    glyphs = list(small_hand.glyphs)
+    number = next(n for n, glyph in enumerate(glyphs) if len(glyph.ligatures) == 1)
+    assert len(find_again(glyphs, small_hand.pages, {number})[number].ligatures) == 1
+    both = np.union1d(glyphs[number].vertices, glyphs[number].ligatures[0].path)
+    glyphs[number] = replace(glyphs[number], vertices=both)
+    assert not find_again(glyphs, small_hand.pages, {number})[number].ligatures
