@@ -64,7 +64,7 @@ class LigatureFinder:
         self._unit = page.x_height / page.pixel
 
     def ligatures_between(self, first: int, glyph: ScannedGlyph, second: int) -> tuple[Ligature, ...]:
-        """The ways from a glyph, which has the number `first`, to glyph `second`, the lowest first; none to ink of both."""
+        """The ways from a glyph, of number `first`, to glyph `second`, the lowest first; none leads to ink of both."""
         paths: list[list[int]] = []
         # the edges from one glyph to the other, in the same order from either side
         vertices = np.flatnonzero(self._owner == first)
