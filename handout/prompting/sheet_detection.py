@@ -13,6 +13,7 @@ from handout.prompting.sheet_codes import PARTS, PageRecord, join, read_codes, u
 from handout.prompting.sheet_layout import Registration, SheetLayout, in_grey, register
 from handout.values import Array, Page
 
+_BODY = 0.4  # of the pitch, over a line: descenders of the line above end there, ascenders of that below begin lower
 _DPI = (36.0, 2400.0)  # of a rectified page: bounds against slips
 
 
@@ -50,6 +51,13 @@ class DetectedSheet:
         return self.layout.bands[: len(self.record.lines)]
 
     @property
+    def fields(self) -> Array:
+        """(lines, 4) mm: where only the letters of a line reach, and next to none of its neighbours'."""
+        y = self.layout.baselines[: len(self.record.lines)]
+        ends = np.ones_like(y)
+        return np.column_stack([self.layout.left * ends, y - _BODY * self.layout.pitch, self.layout.right * ends, y])
+
+    @property
     def dpi(self) -> float:
         """Pixels an inch of the sheet; `rectify` at this loses and adds nothing."""
         return self.registration.dpi
@@ -73,7 +81,8 @@ def find_sheet(image: NDArray[np.uint8]) -> DetectedSheet | None:
     if data is None:
         raise InputError(
             f"Only {len(parts)} of the {len(boxes)} codes at the foot of the sheet can be read, and {PARTS} are "
-            f"needed: scan it at 200 dpi or more (this has {registration.dpi:.0f}), flat and clean at the foot."
+            f"needed: is the picture sharp there, and the sheet flat and clean? Take it anew, at 200 dpi or more (this "
+            f"has {registration.dpi:.0f})."
         )
     record = unpack(data)
     return DetectedSheet(registration, record, SheetLayout(registration.page, record.pitch, record.printed))

@@ -14,6 +14,7 @@ import hashlib
 import re
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import combinations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -60,6 +61,9 @@ _MOST_RED = 0.72  # of the paper's: darker than that is ink, on print or beside 
 _LEAST_PAPER = 0.9  # of the paper's light: what has less is not taken as paper to fill with
 _OVER_PRINT = 0.3  # mm from what is seen of a printed word within which ink may lie over it: half a printed stem
 _ENOUGH = 200  # pixels from which the colour of print, or of ink, is known
+# ink a letter that a line has which was copied, of that of lines that are full, which a tenth of a sheet's are at least
+_FILLED, _WHOLE = 0.1, 0.9
+_SAME = 0.75  # cosine between the ink of two pictures from which they show one sheet: photographs have .94
 _MOST_DENSE = 4.0  # natural logarithm: darker is not told from black
 
 
@@ -132,7 +136,7 @@ def gather_sources(names: Sequence[str], texts: Sequence[tuple[str, str]], dpi: 
     pages = chosen_pages(names)
     if len(texts) > len(pages):
         raise InputError(f"{units.count(len(texts), 'text')} for {units.count(len(pages), 'page')}: {_ONE_EACH}.")
-    remaining, sources, source_of = list(texts), list[PageSource](), dict[bytes, str]()
+    remaining, sources, source_of, sheets = list(texts), list[PageSource](), dict[bytes, str](), list[FilledSheet]()
     for path, page in pages:
         picture = read_picture(path, page)
         digest = hashlib.blake2b(np.ascontiguousarray(picture.rgb).data, person=b"scan").digest()
@@ -142,7 +146,8 @@ def gather_sources(names: Sequence[str], texts: Sequence[tuple[str, str]], dpi: 
                 "letters would count twice."
             )
         source_of[digest] = picture.source
-        sheet = filled_sheet(picture)
+        if sheet := filled_sheet(picture):
+            sheets.append(sheet)
         has_text = len(texts) == len(pages) or (sheet is None and bool(remaining))
         if sheet is None and not has_text:
             refuse_mirrored(picture)
@@ -152,12 +157,24 @@ def gather_sources(names: Sequence[str], texts: Sequence[tuple[str, str]], dpi: 
                 "only sheets made with `handout hand prompt` say it themselves."
             )
         text = remaining.pop(0)[1] if has_text else sheet.transcript if sheet else ""
-        sources.append(PageSource(sheet.prepared, text) if sheet else _plain_page(picture, dpi, text))
+        notes = () if has_text or not sheet else sheet.notes
+        sources.append(PageSource(sheet.prepared, text, notes=notes) if sheet else _plain_page(picture, dpi, text))
+    refuse_shown_twice(sheets)
     if remaining:
         raise InputError(
             f"--text {remaining[-1][0]}: every scan without a text of its own has one already; leave it out."
         )
     return sources
+
+
+def refuse_shown_twice(sheets: Sequence[FilledSheet]) -> None:
+    """Raise InputError where two pictures show one sheet."""
+    for (first, a), (second, b) in combinations([(sheet.scan.source, sheet.ink) for sheet in sheets], 2):
+        if a.shape == b.shape and np.vdot(a, b) > _SAME * np.linalg.norm(a) * np.linalg.norm(b):
+            raise InputError(
+                f"{second} shows the same sheet as {first}: leave the worse picture out, or its letters would count "
+                "twice."
+            )
 
 
 def _plain_page(picture: FilePicture, dpi: float | None, text: str) -> PageSource:
@@ -277,10 +294,17 @@ def _refuse_lost(tagged: TaggedPage, lines: str) -> None:
 
 @dataclass(frozen=True, eq=False)
 class FilledSheet:
-    """A sheet as a scan of its own: flat, everything printed on it replaced by paper; and what was to be copied."""
+    """A sheet as a scan of its own: flat, everything printed on it replaced by paper.
+
+    transcript : what was to be copied, without the lines under which nothing is written.
+    ink : (h, w) float, a pixel a mm: share of it that is inked.
+    notes : sentences to show the user.
+    """
 
     scan: Scan
     transcript: str
+    ink: Array
+    notes: tuple[str, ...] = ()
 
     @property
     def prepared(self) -> PreparedScan:
@@ -293,6 +317,8 @@ def filled_sheet(scan: Scan | FilePicture) -> FilledSheet | None:
 
     Raises InputError: there are marks of a sheet, but too few; or its codes cannot be read.
     """
+    import cv2
+
     from handout.prompting.sheet_detection import find_sheet, printed_on, rectify
 
     try:
@@ -303,8 +329,29 @@ def filled_sheet(scan: Scan | FilePicture) -> FilledSheet | None:
         return None
     dpi = min(float(round(sheet.dpi)), ENOUGH_DPI)
     flat = rectify(np.asarray(scan.rgb), sheet, dpi)
-    unprinted = _without_print(flat, printed_on(sheet, dpi), sheet, dpi)
-    return FilledSheet(Scan(unprinted, dpi, scan.source, told=True), sheet.transcript)
+    unprinted, ink = _without_print(flat, printed_on(sheet, dpi), sheet, dpi)
+    lines, filled = sheet.record.lines, _filled_lines(ink, sheet, dpi)
+    notes = [
+        f"{scan.source}: nothing is written on line {number} of the sheet, “{line}”: it is left out."
+        for number, (line, there) in enumerate(zip(lines, filled, strict=True), 1)
+        if not there
+    ]
+    text = "\n".join(line for line, there in zip(lines, filled, strict=True) if there)
+    size = round(sheet.page.width), round(sheet.page.height)
+    reduced = np.asarray(cv2.resize(ink.astype(np.float32), size, interpolation=cv2.INTER_AREA))
+    return FilledSheet(Scan(unprinted, dpi, scan.source, told=True), text, reduced, tuple(notes))
+
+
+def _filled_lines(ink: NDArray[np.bool_], sheet: DetectedSheet, dpi: float) -> list[bool]:
+    """Under which lines of a sheet something is written; all of them where the whole sheet is empty.
+
+    ink : (h, w), of the rectified sheet at `dpi`.
+    """
+    lines, pixel = sheet.record.lines, 25.4 / dpi
+    boxes = np.rint(sheet.fields / pixel).astype(int).tolist()
+    inked = [np.count_nonzero(ink[top:foot, left:right]) for left, top, right, foot in boxes]
+    each = np.array(inked) / [len(line.replace(" ", "")) for line in lines]
+    return (each >= _FILLED * np.quantile(each, _WHOLE)).tolist()
 
 
 def refuse_mirrored(scan: Scan | FilePicture) -> None:
@@ -324,8 +371,11 @@ def refuse_mirrored(scan: Scan | FilePicture) -> None:
 
 def _without_print(
     flat: NDArray[np.uint8], marks: NDArray[np.bool_], sheet: DetectedSheet, dpi: float
-) -> NDArray[np.uint8]:
-    """The sheet (h, w, 3) with paper in place of its marks, words and lines; ink over words keeps its own colour."""
+) -> tuple[NDArray[np.uint8], NDArray[np.bool_]]:
+    """The sheet (h, w, 3) with paper in place of its marks, words and lines, and where (h, w) something is written.
+
+    Ink over words keeps its own colour.
+    """
     import cv2
 
     # of the paper as the light falls there: in a photograph's shadow all is dark
@@ -342,7 +392,7 @@ def _without_print(
     ink = (red <= _MOST_RED) & ~marks
     over = (_grow_mask(ink, 2) > 0) & (_grow_mask(words, round(_OVER_PRINT / 25.4 * dpi)) > 0) & ~marks
     alone = _ink_alone(flat, filled, (words, ink, over))
-    return np.where((printed & ~over)[:, :, None], filled, alone)
+    return np.where((printed & ~over)[:, :, None], filled, alone), (red < _LEAST_PAPER) & ~printed
 
 
 def _ink_alone(

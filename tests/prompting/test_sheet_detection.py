@@ -118,7 +118,7 @@ def test_one_spoilt_code_is_made_up_for_and_two_are_not(drawn, prompt):
         cv2.fillConvexPoly(spoilt, np.rint(scans.carried(truth, corners)).astype(np.int32), 90)
         if count == 0:
             assert find_sheet(spoilt).record.lines == prompt.pages[1]
-    with pytest.raises(InputError, match=r"Only 4 of the 6 codes .* 200 dpi or more \(this has 200\)"):
+    with pytest.raises(InputError, match=r"Only 4 of the 6 codes .*sharp.* 200 dpi or more \(this has 200\)"):
         find_sheet(spoilt)
 
 
