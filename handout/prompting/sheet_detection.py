@@ -31,11 +31,6 @@ class DetectedSheet:
     layout: SheetLayout
 
     @property
-    def transcript(self) -> str:
-        """The same as one text."""
-        return "\n".join(self.record.lines)
-
-    @property
     def page(self) -> Page:
         """The paper, mm."""
         return self.layout.page

@@ -43,6 +43,7 @@ from handout.scanning.page_layout import Gutter, find_gutter, flat_sheet
 from handout.scanning.text_lines import TextLines, find_text_lines
 from handout.scanning.written_page import Inked
 from handout.tagging.alignment import REFUSED, refusal, text_breadth, text_fit
+from handout.tagging.glyph_extraction import list_names
 from handout.tagging.line_space import straight_lines
 from handout.tagging.transcript import TranscriptLine, read_transcript
 
@@ -61,8 +62,9 @@ _MOST_RED = 0.72  # of the paper's: darker than that is ink, on print or beside 
 _LEAST_PAPER = 0.9  # of the paper's light: what has less is not taken as paper to fill with
 _OVER_PRINT = 0.3  # mm from what is seen of a printed word within which ink may lie over it: half a printed stem
 _ENOUGH = 200  # pixels from which the colour of print, or of ink, is known
-# ink a letter that a line has which was copied, of that of lines that are full, which a tenth of a sheet's are at least
-_FILLED, _WHOLE = 0.1, 0.9
+# ink a letter below which a line of a sheet is empty, of that of full lines, a quantile; empty ones have .01 of it,
+# others .24
+_EMPTY, _FULL = 0.1, 0.9
 _SAME = 0.75  # cosine between the ink of two pictures from which they show one sheet: photographs have .94
 _MOST_DENSE = 4.0  # natural logarithm: darker is not told from black
 
@@ -158,7 +160,7 @@ def gather_sources(names: Sequence[str], texts: Sequence[tuple[str, str]], dpi: 
             )
         text = remaining.pop(0)[1] if has_text else sheet.transcript if sheet else ""
         notes = () if has_text or not sheet else sheet.notes
-        sources.append(PageSource(sheet.prepared, text, notes=notes) if sheet else _plain_page(picture, dpi, text))
+        sources.append(PageSource(prepare(sheet.scan), text, notes=notes) if sheet else _plain_page(picture, dpi, text))
     refuse_shown_twice(sheets)
     if remaining:
         raise InputError(
@@ -306,11 +308,6 @@ class FilledSheet:
     ink: Array
     notes: tuple[str, ...] = ()
 
-    @property
-    def prepared(self) -> PreparedScan:
-        """The sheet with its light and inks known."""
-        return prepare(self.scan)
-
 
 def filled_sheet(scan: Scan | FilePicture) -> FilledSheet | None:
     """The prompt sheet in a scan or photograph, or None if there is none; its marks say how large it is.
@@ -330,28 +327,25 @@ def filled_sheet(scan: Scan | FilePicture) -> FilledSheet | None:
     dpi = min(float(round(sheet.dpi)), ENOUGH_DPI)
     flat = rectify(np.asarray(scan.rgb), sheet, dpi)
     unprinted, ink = _without_print(flat, printed_on(sheet, dpi), sheet, dpi)
-    lines, filled = sheet.record.lines, _filled_lines(ink, sheet, dpi)
-    notes = [
-        f"{scan.source}: nothing is written on line {number} of the sheet, “{line}”: it is left out."
-        for number, (line, there) in enumerate(zip(lines, filled, strict=True), 1)
-        if not there
-    ]
-    text = "\n".join(line for line, there in zip(lines, filled, strict=True) if there)
+    lines = sheet.record.lines
+    empty = _find_empty(ink, sheet, dpi)
+    named = list_names([f"line {number + 1} (“{lines[number]}”)" for number in empty])
+    notes = [f"{scan.source}: nothing is written on {named} of the sheet; left out of its text."] if empty else []
+    text = "\n".join(line for number, line in enumerate(lines) if number not in empty)
     size = round(sheet.page.width), round(sheet.page.height)
     reduced = np.asarray(cv2.resize(ink.astype(np.float32), size, interpolation=cv2.INTER_AREA))
     return FilledSheet(Scan(unprinted, dpi, scan.source, told=True), text, reduced, tuple(notes))
 
 
-def _filled_lines(ink: NDArray[np.bool_], sheet: DetectedSheet, dpi: float) -> list[bool]:
-    """Under which lines of a sheet something is written; all of them where the whole sheet is empty.
+def _find_empty(ink: NDArray[np.bool_], sheet: DetectedSheet, dpi: float) -> list[int]:
+    """The lines of a sheet, from 0, under which nothing is written; none where that is so of all.
 
     ink : (h, w), of the rectified sheet at `dpi`.
     """
-    lines, pixel = sheet.record.lines, 25.4 / dpi
-    boxes = np.rint(sheet.fields / pixel).astype(int).tolist()
+    boxes = np.rint(sheet.fields / 25.4 * dpi).astype(int).tolist()
     inked = [np.count_nonzero(ink[top:foot, left:right]) for left, top, right, foot in boxes]
-    each = np.array(inked) / [len(line.replace(" ", "")) for line in lines]
-    return (each >= _FILLED * np.quantile(each, _WHOLE)).tolist()
+    of_letter = np.array(inked) / [len(line) for line in sheet.record.lines]
+    return np.flatnonzero(of_letter < _EMPTY * np.quantile(of_letter, _FULL)).tolist()
 
 
 def refuse_mirrored(scan: Scan | FilePicture) -> None:

@@ -46,7 +46,9 @@ def test_print_goes_and_ink_stays(sheet):
     grain = np.random.default_rng(0).normal(0, 2, both.shape)
     filled = filled_sheet(Scan(np.clip(both + grain, 0, 255).astype(np.uint8), DPI, "sheet.png"))
     assert filled.transcript == "kept by me"
-    assert filled.notes == ("sheet.png: nothing is written on line 2 of the sheet, “lost words”: it is left out.",)
+    assert filled.notes == (
+        "sheet.png: nothing is written on line 2 (“lost words”) of the sheet; left out of its text.",
+    )
     assert filled.scan.dpi == 300 and filled.scan.source == "sheet.png"
     bare = filled.scan.rgb.astype(float)
     want = drawn(words=False).astype(float)
