@@ -61,6 +61,10 @@ _LESS_BLUE = 0.06  # of the paper's light: how much less blue than red there is 
 _MOST_RED = 0.72  # of the paper's: darker than that is ink, on print or beside it
 _LEAST_PAPER = 0.9  # of the paper's light: what has less is not taken as paper to fill with
 _OVER_PRINT = 0.3  # mm from what is seen of a printed word within which ink may lie over it: half a printed stem
+_BESIDE_PEN = 1.0  # mm from ink: print further away has none
+_UNLIKELY = (
+    6.0  # median deviations of what print alone seems to have of ink: a normal variable is above this once in 40,000
+)
 _ENOUGH = 200  # pixels from which the colour of print, or of ink, is known
 # ink a letter below which a line of a sheet is empty, of that of full lines, a quantile; empty ones have .01 of it,
 # others .24
@@ -377,47 +381,50 @@ def _without_print(
     # a scanner's colours lie a little apart at the edges of black strokes
     light = np.asarray(cv2.GaussianBlur(light, (0, 0), 0.8))
     red, blue = light[:, :, 0], light[:, :, 2]
-    printed, words = marks.copy(), np.zeros_like(marks)
+    near = words = np.zeros_like(marks)
     if len(sheet.bands):
-        words = (red - blue > _LESS_BLUE) & (red > _MOST_RED)
-        printed |= (_grow_mask(words, 1) > 0) & (red > _MOST_RED)
+        words = (red - blue > _LESS_BLUE) & (red > _MOST_RED) & ~marks
+        near = (_grow_mask(words, round(_OVER_PRINT / 25.4 * dpi)) > 0) & ~marks
     # paper is taken from where there is neither print nor ink
-    filled = fill_smooth(flat, (printed | (_grow_mask(red < _LEAST_PAPER, 3) > 0)).astype(np.uint8))
-    ink = (red <= _MOST_RED) & ~marks
-    over = (_grow_mask(ink, 2) > 0) & (_grow_mask(words, round(_OVER_PRINT / 25.4 * dpi)) > 0) & ~marks
-    alone = _ink_alone(flat, filled, (words, ink, over))
-    return np.where((printed & ~over)[:, :, None], filled, alone), (red < _LEAST_PAPER) & ~printed
+    paper = fill_smooth(flat, (marks | near | (_grow_mask(red < _LEAST_PAPER, 3) > 0)).astype(np.uint8))
+    pen = (red <= _MOST_RED) & ~marks
+    seen = words & ~(_grow_mask(pen, round(_BESIDE_PEN / 25.4 * dpi)) > 0)
+    result = np.where(marks[:, :, None], paper, flat)
+    result[near] = _ink_alone(flat, paper, (seen, pen & ~near, near))
+    written = np.asarray(result[:, :, 0] < _LEAST_PAPER * paper[:, :, 0].astype(np.float32))
+    return result, written
 
 
 def _ink_alone(
     flat: NDArray[np.uint8], paper: NDArray[np.uint8], layers: tuple[NDArray[np.bool_], ...]
 ) -> NDArray[np.uint8]:
-    """The sheet without the print under the ink, so that the pen has one colour throughout.
+    """(n, 3): pixels of print with the ink over it alone, so that the pen has one colour throughout.
 
     What two layers take of the light is multiplied, so their densities add: each pixel's is parted into that of the
     print and that of the ink, least squares with neither below 0, and the ink's is kept: its colour is the pen's, how
-    dark it is its own.  Source: own method (two layers of Beer and Lambert).
+    dark it is its own.  What is no darker than print alone seems to be is paper.
+    Source: own method (two layers of Beer and Lambert).
 
     paper : (h, w, 3), without ink and print.
-    layers : (h, w) each: where print is seen, where the pen has written, and where it may have written over print.
+    layers : (h, w) each: where print is seen, where the pen has written, and the n pixels that may have both.
     """
-    words, ink, over = layers
-    seen, pen = words & ~over, ink & ~over
-    if min(np.count_nonzero(seen), np.count_nonzero(pen)) < _ENOUGH or not over.any():
-        return flat
+    seen, pen, both = layers
+    if min(np.count_nonzero(seen), np.count_nonzero(pen)) < _ENOUGH:
+        return np.where(flat[both][:, :1] < _MOST_RED * paper[both][:, :1], flat[both], paper[both])
 
     def density(where: NDArray[np.bool_]) -> Array:
         taken = np.log(np.maximum(paper[where], 1.0)) - np.log(np.maximum(flat[where], 1.0))
         return np.asarray(np.clip(taken, 0.0, _MOST_DENSE))
 
+    def of_pen(where: NDArray[np.bool_]) -> Array:
+        total = density(where)
+        of_print, of_pen = np.linalg.lstsq(colours.T, total.T, rcond=None)[0]
+        return np.maximum(np.where(of_print > 0, of_pen, total @ colours[1] / (colours[1] @ colours[1])), 0.0)
+
     colours = np.array([np.median(density(seen), axis=0), np.median(density(pen), axis=0)])
-    total = density(over)
-    of_print, of_pen = np.linalg.lstsq(colours.T, total.T, rcond=None)[0]
-    of_pen = np.where(of_print > 0, of_pen, total @ colours[1] / (colours[1] @ colours[1]))
-    left = np.maximum(of_pen, 0.0)[:, None] * colours[1]
-    result = flat.copy()
-    result[over] = np.rint(paper[over] * np.exp(-left))
-    return result
+    left, none = of_pen(both), of_pen(seen)
+    left[left < np.median(none) + _UNLIKELY * np.median(np.abs(none - np.median(none)))] = 0.0
+    return np.asarray(np.rint(paper[both] * np.exp(-left[:, None] * colours[1])), dtype=np.uint8)
 
 
 def _grow_mask(mask: NDArray[np.bool_], by: int) -> NDArray[np.uint8]:

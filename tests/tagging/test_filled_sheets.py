@@ -100,3 +100,14 @@ def test_two_pictures_of_one_sheet_are_refused_and_a_sheet_written_twice_is_not(
     refuse_shown_twice([one, anew])
     with pytest.raises(InputError, match=r"b\.jpg shows the same sheet as a\.jpg"):
         refuse_shown_twice([one, anew, two])
+
+
+def test_pale_strokes_out_of_focus_stay_whole_where_they_cross_a_rule(sheet):
+    printed, written, bare = drawn(ink=False) / 255, drawn(words=False) / 255, drawn(words=False, ink=False) / 255
+    pale = bare * (written / bare) ** 0.3
+    both, want = (cv2.GaussianBlur(layer, (0, 0), 2.5) for layer in (printed * pale / bare, pale))
+    filled = filled_sheet(Scan(np.rint(255 * both).astype(np.uint8), DPI, "sheet.png"))
+    taken, wanted = (1 - red / red.max() for red in (filled.scan.rgb[245:275, :, 0] / 255, want[245:275, :, 0]))
+    inked = wanted > 0.1
+    assert inked.sum() > 500
+    assert (taken[inked] > 0.6 * wanted[inked]).mean() > 0.97
