@@ -262,4 +262,5 @@ def test_killed_and_the_plotter_went_on_with_what_it_had(call, tmp_path):
     desk.plotter.placement = placed(drawing.page, SIM)
     told = compare(drawing, desk.plotter.executed_drawing().strokes)
     assert told.missing == 0 and told.dots == 0 and told.stray == 0 and told.deviation < 0.1
-    assert told.doubled <= 1.0
+    # the overlap that was asked for: where lines cross, the place that the plotter says is that of two
+    assert told.doubled <= 8.0

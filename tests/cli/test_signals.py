@@ -62,6 +62,15 @@ def test_a_second_one_is_not_a_traceback(tmp_path):
     assert not list(tmp_path.glob("a.svg"))
 
 
+def test_one_that_comes_while_the_program_is_loaded_is_not_a_traceback(tmp_path):
+    loaded = "import signal as s\ns.signal(s.SIGINT, s.default_int_handler)\ns.raise_signal(s.SIGINT)"
+    (tmp_path / "click.py").write_text(loaded, encoding="utf-8")
+    homes = f"{tmp_path}{os.pathsep}{Path(handout.__file__).parents[1]}"
+    command = [sys.executable, "-m", "handout", "--version"]
+    done = subprocess.run(command, env={**os.environ, "PYTHONPATH": homes}, capture_output=True, check=False)
+    assert done.returncode == 130 and done.stderr.split() == [b"Interrupted."]
+
+
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGTERM, 143), (signal.SIGINT, 130)])
 def test_a_plot_lifts_its_pen_and_keeps_its_job(call, monkeypatch, number, code):
     sent, later, whole = bytearray(), bytearray(), SimulatedPlotter.write

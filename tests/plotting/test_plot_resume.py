@@ -7,9 +7,11 @@ from cursive import page
 
 from handout import profiles
 from handout.errors import DeviceError, InputError
+from handout.plotting.bed import place as placed
 from handout.plotting.jobs import runner, store
-from handout.plotting.jobs.places import START, DrawnPlace, find_place
+from handout.plotting.jobs.places import START, DrawnPlace, Milestones, find_place, take_drawn
 from handout.plotting.jobs.store import JobOptions
+from handout.plotting.planning.planner import plan
 from handout.simulated.plotter.options import SimulatorOptions as Simulated
 from handout_lab.ink_comparison import compare
 from handout_lab.simulated import FaultyPlotter
@@ -260,3 +262,18 @@ def test_a_stop_is_found_on_the_way():
     assert find_place(DRAWING, START, np.array([0.0, 0.0]), 1e3) is None
     between = (stroke.xy[-1] + DRAWING.strokes[1].xy[0]) / 2
     assert find_place(DRAWING, DrawnPlace(0, stroke.t[-2]), between, 20.0) == DrawnPlace(1)
+
+
+def test_a_machine_that_did_all_it_had_is_found_at_its_last_command_wherever_lines_cross():
+    made = plan(LONGER, PROFILE)
+    reached, to_page = Milestones(made), placed(LONGER.page, PROFILE).to_page
+    twice = []
+    for done, (block, row) in enumerate(made.toolpath.instructions, 1):
+        if block is not None or not made.toolpath.draws[row] or done % 3:
+            continue
+        at = to_page(np.round(made.toolpath.points[row + 1][None, :2], 2))[0]  # as coarsely as machines say it
+        sure = reached.place(int(np.searchsorted(reached.ink, reached.ink[done] - 6.0)))
+        found, right = find_place(LONGER, sure, at, 8.0), reached.place(done)
+        twice.append(take_drawn(LONGER, right).pen_down - take_drawn(LONGER, found).pen_down)
+    assert len(twice) > 400 and min(twice) > -0.1
+    assert np.mean(np.array(twice) > 1.0) <= 0.003  # where the first line that passes by counts, twice as many

@@ -113,8 +113,7 @@ def onward(before: DrawnPlace, left: Drawing, whole: Drawing, after: DrawnPlace)
 
 # mm that a machine may stand beside what it was told to draw: segments, steps, a bed that is not quite 1:1
 _NEAR = 0.15
-_CLEARLY = 0.03  # mm by which it must be nearer to a later place, for way and line may lead along each other
-_PAST = 0.03  # mm by which the line has left a place when that is behind it
+_CLEARLY = 0.03  # mm by which it must be nearer to a later place: what machines say is rounded by half of that
 
 
 def find_place(
@@ -134,21 +133,19 @@ def find_place(
         going from there.
     detours : (n, 2) float, mm on the page: where the lifted pen may go between two strokes.
 
-    Where the line passes several times, the first counts, since the others might leave a gap.
+    Where it passes several times and about as near, the first counts, since the others might leave a gap.
     """
-    best_place, distance, draws = None, _NEAR, False
+    near: list[tuple[float, DrawnPlace]] = []  # how near a piece of the way comes, mm, and where
     for place, a, b, until in _ways(drawing, certain, reach, zero, detours):
         along = b - a
         length2 = float(along @ along)
         share = float(np.clip((at - a) @ along / length2, 0.0, 1.0)) if length2 > 0 else 0.0
         off = float(np.hypot(*(a + share * along - at)))
-        if off < (distance if best_place is None else distance - _CLEARLY):
-            draws = bool(np.isfinite(until))
-            time = place.time + share * (until - place.time) if draws else place.time
-            best_place, distance = DrawnPlace(place.stroke, time), off
-        elif draws and off > distance + _PAST:
-            break
-    return best_place
+        if off < _NEAR:
+            time = place.time + share * (until - place.time) if np.isfinite(until) else place.time
+            near.append((off, DrawnPlace(place.stroke, time)))
+    nearest = min((off for off, _ in near), default=0.0)
+    return next((place for off, place in near if off <= nearest + _CLEARLY), None)
 
 
 def _ways(
