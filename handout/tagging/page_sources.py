@@ -142,7 +142,8 @@ def gather_sources(names: Sequence[str], texts: Sequence[tuple[str, str]], dpi: 
     pages = chosen_pages(names)
     if len(texts) > len(pages):
         raise InputError(f"{units.count(len(texts), 'text')} for {units.count(len(pages), 'page')}: {_ONE_EACH}.")
-    remaining, sources, source_of, sheets = list(texts), list[PageSource](), dict[bytes, str](), list[FilledSheet]()
+    remaining, sources, source_of = list(texts), list[PageSource](), dict[bytes, str]()
+    sheets: list[FilledSheet | None] = []
     for path, page in pages:
         picture = read_picture(path, page)
         digest = hashlib.blake2b(np.ascontiguousarray(picture.rgb).data, person=b"scan").digest()
@@ -152,8 +153,7 @@ def gather_sources(names: Sequence[str], texts: Sequence[tuple[str, str]], dpi: 
                 "letters would count twice."
             )
         source_of[digest] = picture.source
-        if sheet := filled_sheet(picture):
-            sheets.append(sheet)
+        sheets.append(sheet := filled_sheet(picture))
         has_text = len(texts) == len(pages) or (sheet is None and bool(remaining))
         if sheet is None and not has_text:
             refuse_mirrored(picture)
@@ -162,9 +162,8 @@ def gather_sources(names: Sequence[str], texts: Sequence[tuple[str, str]], dpi: 
                 f"{picture.source}: what is written on it? Give its text with --text{f' ({counts})' if texts else ''}; "
                 "only sheets made with `handout hand prompt` say it themselves."
             )
-        text = remaining.pop(0)[1] if has_text else sheet.transcript if sheet else ""
-        notes = () if has_text or not sheet else sheet.notes
-        sources.append(PageSource(prepare(sheet.scan), text, notes=notes) if sheet else _plain_page(picture, dpi, text))
+        text = remaining.pop(0)[1] if has_text else None
+        sources.append(sheet.as_page(text) if sheet else _plain_page(picture, dpi, text or ""))
     refuse_shown_twice(sheets)
     if remaining:
         raise InputError(
@@ -173,9 +172,9 @@ def gather_sources(names: Sequence[str], texts: Sequence[tuple[str, str]], dpi: 
     return sources
 
 
-def refuse_shown_twice(sheets: Sequence[FilledSheet]) -> None:
+def refuse_shown_twice(sheets: Sequence[FilledSheet | None]) -> None:
     """Raise InputError where two pictures show one sheet."""
-    for (first, a), (second, b) in combinations([(sheet.scan.source, sheet.ink) for sheet in sheets], 2):
+    for (first, a), (second, b) in combinations([(sheet.scan.source, sheet.ink) for sheet in sheets if sheet], 2):
         if a.shape == b.shape and np.vdot(a, b) > _SAME * np.linalg.norm(a) * np.linalg.norm(b):
             raise InputError(
                 f"{second} shows the same sheet as {first}: leave the worse picture out, or its letters would count "
@@ -312,6 +311,11 @@ class FilledSheet:
     ink: Array
     notes: tuple[str, ...] = ()
 
+    def as_page(self, text: str | None) -> PageSource:
+        """The page to be read, with another text if one is given."""
+        prepared = prepare(self.scan)
+        return PageSource(prepared, self.transcript, notes=self.notes) if text is None else PageSource(prepared, text)
+
 
 def filled_sheet(scan: Scan | FilePicture) -> FilledSheet | None:
     """The prompt sheet in a scan or photograph, or None if there is none; its marks say how large it is.
@@ -332,24 +336,16 @@ def filled_sheet(scan: Scan | FilePicture) -> FilledSheet | None:
     flat = rectify(np.asarray(scan.rgb), sheet, dpi)
     unprinted, ink = _without_print(flat, printed_on(sheet, dpi), sheet, dpi)
     lines = sheet.record.lines
-    empty = _find_empty(ink, sheet, dpi)
+    boxes = np.rint(sheet.fields / 25.4 * dpi).astype(int).tolist()
+    inked = [np.count_nonzero(ink[top:foot, left:right]) for left, top, right, foot in boxes]
+    of_letter = np.array(inked) / [len(line) for line in lines]
+    empty = np.flatnonzero(of_letter < _EMPTY * np.quantile(of_letter, _FULL)).tolist()
     named = list_names([f"line {number + 1} (“{lines[number]}”)" for number in empty])
     notes = [f"{scan.source}: nothing is written on {named} of the sheet; left out of its text."] if empty else []
     text = "\n".join(line for number, line in enumerate(lines) if number not in empty)
     size = round(sheet.page.width), round(sheet.page.height)
     reduced = np.asarray(cv2.resize(ink.astype(np.float32), size, interpolation=cv2.INTER_AREA))
     return FilledSheet(Scan(unprinted, dpi, scan.source, told=True), text, reduced, tuple(notes))
-
-
-def _find_empty(ink: NDArray[np.bool_], sheet: DetectedSheet, dpi: float) -> list[int]:
-    """The lines of a sheet, from 0, under which nothing is written; none where that is so of all.
-
-    ink : (h, w), of the rectified sheet at `dpi`.
-    """
-    boxes = np.rint(sheet.fields / 25.4 * dpi).astype(int).tolist()
-    inked = [np.count_nonzero(ink[top:foot, left:right]) for left, top, right, foot in boxes]
-    of_letter = np.array(inked) / [len(line) for line in sheet.record.lines]
-    return np.flatnonzero(of_letter < _EMPTY * np.quantile(of_letter, _FULL)).tolist()
 
 
 def refuse_mirrored(scan: Scan | FilePicture) -> None:
