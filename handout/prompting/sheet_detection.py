@@ -13,7 +13,8 @@ from handout.prompting.sheet_codes import PARTS, PageRecord, join, read_codes, u
 from handout.prompting.sheet_layout import Registration, SheetLayout, in_grey, register
 from handout.values import Array, Page
 
-_BODY = 0.4  # of the pitch, over a line: descenders of the line above end there, ascenders of that below begin lower
+# of the pitch, over a line: descenders of the line above end there, ascenders of that below begin under the rule
+_BODY = (0.4, 0.06)
 _DPI = (36.0, 2400.0)  # of a rectified page: bounds against slips
 
 
@@ -47,10 +48,10 @@ class DetectedSheet:
 
     @property
     def fields(self) -> Array:
-        """(lines, 4) mm: where only the letters of a line reach, and next to none of its neighbours'."""
-        y = self.layout.baselines[: len(self.record.lines)]
-        ends = np.ones_like(y)
-        return np.column_stack([self.layout.left * ends, y - _BODY * self.layout.pitch, self.layout.right * ends, y])
+        """(lines, 4) mm: where only the letters of a line reach, no print and next to none of its neighbours'."""
+        y, pitch = self.layout.baselines[: len(self.record.lines)], self.layout.pitch
+        left, right = (np.full_like(y, end) for end in (self.layout.left, self.layout.right))
+        return np.column_stack([left, y - _BODY[0] * pitch, right, y - _BODY[1] * pitch])
 
     @property
     def dpi(self) -> float:

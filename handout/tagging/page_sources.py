@@ -70,6 +70,7 @@ _ENOUGH = 200  # pixels from which the colour of print, or of ink, is known
 # others .24
 _EMPTY, _FULL = 0.1, 0.9
 _SAME = 0.75  # cosine between the ink of two pictures from which they show one sheet: photographs have .94
+_REDDISH = 0.5  # of the ink beside print, how much may have its colour: a red pen's has 1.5, blue, black and grey .006
 _MOST_DENSE = 4.0  # natural logarithm: darker is not told from black
 
 
@@ -334,17 +335,24 @@ def filled_sheet(scan: Scan | FilePicture) -> FilledSheet | None:
         return None
     dpi = min(float(round(sheet.dpi)), ENOUGH_DPI)
     flat = rectify(np.asarray(scan.rgb), sheet, dpi)
-    unprinted, ink = _without_print(flat, printed_on(sheet, dpi), sheet, dpi)
+    unprinted, ink, words = _without_print(flat, printed_on(sheet, dpi), sheet, dpi)
     lines = sheet.record.lines
     boxes = np.rint(sheet.fields / 25.4 * dpi).astype(int).tolist()
-    inked = [np.count_nonzero(ink[top:foot, left:right]) for left, top, right, foot in boxes]
-    of_letter = np.array(inked) / [len(line) for line in lines]
+    inked, reddish = np.array(
+        [[np.count_nonzero(mask[top:foot, left:right]) for left, top, right, foot in boxes] for mask in (ink, words)]
+    )
+    if reddish.sum() > _REDDISH * inked.sum():
+        raise InputError(
+            f"{scan.source}: its writing has the colour of the print, by which that is taken out: write with a pen "
+            "that is not red, or on sheets made with `handout hand prompt --plain`."
+        )
+    of_letter = inked / [len(line) for line in lines]
     empty = np.flatnonzero(of_letter < _EMPTY * np.quantile(of_letter, _FULL)).tolist()
     named = list_names([f"line {number + 1} (“{lines[number]}”)" for number in empty])
     notes = [f"{scan.source}: nothing is written on {named} of the sheet; left out of its text."] if empty else []
     text = "\n".join(line for number, line in enumerate(lines) if number not in empty)
     size = round(sheet.page.width), round(sheet.page.height)
-    reduced = np.asarray(cv2.resize(ink.astype(np.float32), size, interpolation=cv2.INTER_AREA))
+    reduced = np.asarray(cv2.resize(ink.astype(np.float64), size, interpolation=cv2.INTER_AREA), dtype=np.float64)
     return FilledSheet(Scan(unprinted, dpi, scan.source, told=True), text, reduced, tuple(notes))
 
 
@@ -365,10 +373,10 @@ def refuse_mirrored(scan: Scan | FilePicture) -> None:
 
 def _without_print(
     flat: NDArray[np.uint8], marks: NDArray[np.bool_], sheet: DetectedSheet, dpi: float
-) -> tuple[NDArray[np.uint8], NDArray[np.bool_]]:
-    """The sheet (h, w, 3) with paper in place of its marks, words and lines, and where (h, w) something is written.
+) -> tuple[NDArray[np.uint8], NDArray[np.bool_], NDArray[np.bool_]]:
+    """The sheet (h, w, 3) with paper in place of its marks, words and lines; ink over words keeps its own colour.
 
-    Ink over words keeps its own colour.
+    Also returns where (h, w) something is written, and where something has the colour of the words.
     """
     import cv2
 
@@ -388,7 +396,7 @@ def _without_print(
     result = np.where(marks[:, :, None], paper, flat)
     result[near] = _ink_alone(flat, paper, (seen, pen & ~near, near))
     written = np.asarray(result[:, :, 0] < _LEAST_PAPER * paper[:, :, 0].astype(np.float32))
-    return result, written
+    return result, written, words
 
 
 def _ink_alone(
@@ -415,7 +423,8 @@ def _ink_alone(
     def of_pen(where: NDArray[np.bool_]) -> Array:
         total = density(where)
         of_print, of_pen = np.linalg.lstsq(colours.T, total.T, rcond=None)[0]
-        return np.maximum(np.where(of_print > 0, of_pen, total @ colours[1] / (colours[1] @ colours[1])), 0.0)
+        alone = total @ colours[1] / (colours[1] @ colours[1])
+        return np.asarray(np.maximum(np.where(of_print > 0, of_pen, alone), 0.0))
 
     colours = np.array([np.median(density(seen), axis=0), np.median(density(pen), axis=0)])
     left, none = of_pen(both), of_pen(seen)

@@ -111,3 +111,10 @@ def test_pale_strokes_out_of_focus_stay_whole_where_they_cross_a_rule(sheet):
     inked = wanted > 0.1
     assert inked.sum() > 500
     assert (taken[inked] > 0.6 * wanted[inked]).mean() > 0.97
+
+
+def test_a_red_pen_is_refused(sheet):
+    red = drawn()
+    red[np.all(red == INK, axis=2)] = (215, 40, 50)
+    with pytest.raises(InputError, match=r"sheet\.png: its writing has the colour of the print.*--plain"):
+        filled_sheet(Scan(red, DPI, "sheet.png"))
