@@ -64,7 +64,7 @@ class LigatureFinder:
         self._unit = page.x_height / page.pixel
 
     def ligatures_between(self, first: int, glyph: ScannedGlyph, second: int) -> tuple[Ligature, ...]:
-        """The ways from a glyph, which has the number `first`, to glyph `second`, from the lowest upwards."""
+        """The ways from a glyph, of number `first`, to glyph `second`, the lowest first; none leads to ink of both."""
         paths: list[list[int]] = []
         # the edges from one glyph to the other, in the same order from either side
         vertices = np.flatnonzero(self._owner == first)
@@ -72,7 +72,7 @@ class LigatureFinder:
         beside = self._beside[
             np.repeat(self._begin[vertices] - np.cumsum(count) + count, count) + np.arange(count.sum())
         ]
-        there = self._owner[beside] == second
+        there = (self._owner[beside] == second) & ~np.isin(beside, glyph.vertices)
         across = zip(np.repeat(vertices, count)[there].tolist(), beside[there].tolist(), strict=True)
         for v, w in sorted(across, key=lambda edge: (min(edge), max(edge))):
             path = self._find_way(v, w, glyph)

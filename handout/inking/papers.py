@@ -121,7 +121,9 @@ def parse_paper(text: str) -> Paper:
     from handout.scanning.page_layout import sheet_file
 
     if sheet_file(text) is None:
-        raise InputError(f"paper: {text!r} is neither a picture or PDF nor one of {', '.join(PAPERS)}.")
+        raise InputError(
+            f"paper: {text!r} is neither a picture or PDF nor one of {', '.join(PAPERS)}; --page says how large it is."
+        )
     return Paper(text)
 
 

@@ -5,10 +5,11 @@ Glyphs that the edge of the picture cuts off are kept, but doubted, and named in
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
@@ -130,11 +131,12 @@ def letters_within_reach(graph: LineGraph, alignment: Alignment, letter: Indices
 
 
 def extract_glyphs(
-    page: ScannedPage, alignment: Alignment, letters: Indices
+    page: ScannedPage, alignment: Alignment, letters: Indices, crossings: Mapping[int, Indices] = MappingProxyType({})
 ) -> tuple[tuple[ScannedGlyph, ...], tuple[Missing, ...]]:
     """The letters that were found, in the order of the text, and those that were not.
 
     letters : (n,) int: index of each vertex's letter in `Alignment.letters`, −1 for none.
+    crossings : index of a letter → vertices, rising, that are its as well as another's.
     """
     units = graphemes(page.transcript)
     words = list(zip(word_numbers(units), places(units), strict=True))
@@ -142,7 +144,7 @@ def extract_glyphs(
     glyphs: list[ScannedGlyph] = []
     missing: list[Missing] = []
     in_order = ((line, letter) for line in alignment.lines for letter in line.letters)
-    for (line, letter), of_letter in zip(in_order, vertices, strict=True):
+    for number, ((line, letter), of_letter) in enumerate(zip(in_order, vertices, strict=True)):
         if len(graphemes(letter.text)) > 1:  # something struck out
             continue
         if not letter.present or not len(of_letter):
@@ -150,7 +152,7 @@ def extract_glyphs(
             continue
         word, place = words[letter.at]
         confidence = 0.0 if line.number in alignment.poor else letter.confidence
-        sorted_ = np.sort(of_letter)
+        sorted_ = np.union1d(of_letter, crossings.get(number, of_letter))
         glyphs.append(
             ScannedGlyph(letter.text, place, 0, line.number, word, letter.at, sorted_, confidence=float(confidence))
         )

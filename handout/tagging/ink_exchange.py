@@ -22,7 +22,7 @@ Source: own method.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from types import MappingProxyType
@@ -43,8 +43,10 @@ from handout.hand.author_reader import (
     usual_surprise,
 )
 from handout.hand.glyph_features import COUNT, features_of
+from handout.hand.letter_classes import CROSSED
 from handout.hand.outlier_score import Siblings
 from handout.hand.scanned import NOBODY, ScannedHand, ScannedPage
+from handout.motion.recovery.crossbars import Crossbar, WordCrossbars
 from handout.tagging.alignment import Alignment
 from handout.tagging.glyph_extraction import extract_glyphs
 from handout.values import Array, Indices
@@ -71,6 +73,7 @@ class ExchangeSettings:
     torn: float = 0.15
     rounds: int = 3  # most that follow one another
     least: int = 150  # letters of a page below which it is left as it is: siblings say too little
+    loss: float = 0.05  # of the same that a letter may lose with the end of a neighbour's crossbar over it
 
 
 SETTINGS = ExchangeSettings()
@@ -93,6 +96,8 @@ class InkExchange:
     reader : that knows the author.
     held : letters whose ink is known: they neither give nor take, and their neighbours alone begin.
     seen : how oddly some letters read, as `odd` told of the same ink.
+
+    crossings : letter → vertices that are its as well as a neighbour's, which its crossbar crosses.
     """
 
     def __init__(
@@ -107,7 +112,7 @@ class InkExchange:
         seen: Mapping[int, float] = MappingProxyType({}),
     ) -> None:
         self.letter, self._sheet, self._lines, self._held = letter.copy(), sheet, lines.copy(), held
-        self._names, self._reader = names, reader
+        self._names, self._reader, self.crossings = names, reader, dict[int, Indices]()
         graph, count = sheet.graph, len(sheet.graph)
         a, b = graph.edges.T
         self._step = np.hypot(*(graph.xy[a] - graph.xy[b]).T) / sheet.x_height
@@ -187,6 +192,39 @@ class InkExchange:
         """Exchange ink until nothing gains enough; how often any was."""
         beside = {one for pair in pairwise(self._sets) if self._held & set(pair) for one in pair}
         return len(self._settle_offers(beside if self._held else set(self._sets)))
+
+    def give_crossbars(self, bars: Iterable[tuple[int, Crossbar]]) -> None:
+        """Give the ends of crossbars, each with its letter, to that, if who has them looks no less like its siblings.
+
+        Where a bar crosses its neighbour's own line the ink is both letters'.  What its letter gains is not asked: the
+        bars of its siblings lack their ends.
+        """
+        found = [end for letter, bar in bars for end in self._find_bar_ends(letter, bar)]
+        offers = [offer for offer, _ in found]
+        givers = np.array([offer.giver for offer in offers], dtype=np.intp)
+        left = [np.setdiff1d(self._sets[offer.giver], offer.vertices, assume_unique=True) for offer in offers]
+        rows = np.array([self._row[giver] for giver in givers.tolist()], dtype=np.intp)
+        features = features_of(self._sheet, self._lines[givers], left)
+        strange = self._credit_readings(givers, left) - self._usual[rows]
+        gains = self._siblings.right(rows, features, strange) - self._right[rows]
+        for (offer, crossing), gain in zip(found, gains.tolist(), strict=True):
+            if gain >= -SETTINGS.loss and (self.letter[offer.vertices] == offer.giver).all():
+                self._make(offer)
+                self.crossings[offer.taker] = np.union1d(self.crossings.get(offer.taker, crossing), crossing)
+
+    def _find_bar_ends(self, letter: int, bar: Crossbar) -> Iterator[tuple[_Offer, Indices]]:
+        """What of a letter's crossbar is of a letter beside it over which it ends loose, and where it crosses that."""
+        for beside, loose in zip((letter - 1, letter + 1), bar.loose, strict=True):
+            both = {beside, letter}
+            if not loose or not both <= self._sets.keys() or both & self._held or self._names[beside] in CROSSED:
+                continue
+            on_bar = np.intersect1d(self._sets[beside], bar.vertices)
+            rest = np.setdiff1d(self._sets[beside], on_bar, assume_unique=True)
+            if len(on_bar) and len(rest):
+                graph = self._sheet.graph
+                crosses = cKDTree(graph.xy[rest]).query(graph.xy[on_bar])[0] <= graph.radius[on_bar]
+                if not crosses.all():
+                    yield _Offer(beside, letter, on_bar[~crosses]), on_bar[crosses]
 
     def _settle_offers(self, touched: set[int]) -> set[int]:
         every: set[int] = set()
@@ -336,19 +374,31 @@ class InkExchange:
 
 def exchange_ink(
     sheet: ScannedPage, alignment: Alignment, letters: Indices, held: frozenset[int] = frozenset()
-) -> Indices:
-    """(n,): the letter of each vertex, given as indices in `Alignment.letters`, after letters have exchanged ink.
+) -> tuple[Indices, Mapping[int, Indices]]:
+    """Let letters exchange ink; (n,) the letter of each vertex, as indices in `Alignment.letters`, and `crossings`.
 
     A page with few letters is left as it is.
 
     held : letters whose ink is known: they neither give nor take, and their neighbours alone begin.
     """
     if len(alignment.letters) < SETTINGS.least:
-        return letters
+        return letters, {}
     glyphs, _ = extract_glyphs(sheet, alignment, letters)
-    reader = author_reader(ScannedHand("", "", (sheet,), glyphs))
+    hand = ScannedHand("", "", (sheet,), glyphs)
+    reader = author_reader(hand)
     names = [letter.text for letter in alignment.letters]
     lines = np.array([line.number for line in alignment.lines for _ in line.letters], dtype=np.intp)
     exchange = InkExchange(sheet, letters, names, lines, reader, held)
+    exchange.give_crossbars(_find_crossbars(hand, {each.at: k for k, each in enumerate(alignment.letters)}))
     exchange.settle()
-    return exchange.letter
+    return exchange.letter, exchange.crossings
+
+
+def _find_crossbars(hand: ScannedHand, number: Mapping[int, int]) -> Iterator[tuple[int, Crossbar]]:
+    """The crossbars of the words of a page, each with its letter; `number` : place in the transcript → letter."""
+    ways = {n: [way.path for way in glyph.ligatures] for n, glyph in enumerate(hand.glyphs)}
+    crossbars = WordCrossbars(hand, ways)
+    for n, glyph in enumerate(hand.glyphs):
+        if glyph.before == NOBODY:
+            for bar in crossbars[n]:
+                yield number[hand.glyphs[bar.glyph].at], bar

@@ -98,7 +98,7 @@ def tag_page(
     assignment = assign_letters(written.graph, alignment, np.where(foreign, NOBODY, vertex_lines(written)))
     page = replace(scanned_page(written, transcript), dismissed=np.flatnonzero(foreign))
     letters = letters_within_reach(written.graph, alignment, assignment.letter)
-    glyphs, missing = extract_glyphs(page, alignment, exchange_ink(page, alignment, letters))
+    glyphs, missing = extract_glyphs(page, alignment, *exchange_ink(page, alignment, letters))
     glyphs, cropped = doubt_cropped_glyphs(glyphs, written.graph, written.scan)
     alone = ScannedHand("", "", (page,), glyphs)
     cases, reaching, outsized = (

@@ -327,7 +327,7 @@ def _glyphs(
     whole = _mark_present(alignment, dict.fromkeys(fixed, True))
     known = {glyph.at for glyph in fixed.values() if glyph.confirmed}
     held = frozenset(number for number, letter in enumerate(whole.letters) if letter.at in known)
-    glyphs, _ = extract_glyphs(page, whole, exchange_ink(page, whole, letters, held))
+    glyphs, _ = extract_glyphs(page, whole, *exchange_ink(page, whole, letters, held))
     cropped = reaches_edge(page.graph, page.shape, page.pixel)
     made = [_settle_glyph(glyph, fixed.get(glyph.at), bool(cropped[glyph.vertices].any())) for glyph in glyphs]
     return made + [replace(glyph, before=NOBODY, after=NOBODY, ligatures=()) for glyph in extra]
@@ -335,7 +335,9 @@ def _glyphs(
 
 def _settle_glyph(glyph: ScannedGlyph, fixed: ScannedGlyph | None, cropped: bool) -> ScannedGlyph:
     if fixed is not None and fixed.confirmed:
-        return replace(glyph, confirmed=True, confidence=1.0, place=fixed.place, kept_out=fixed.kept_out)
+        return replace(
+            glyph, vertices=fixed.vertices, confirmed=True, confidence=1.0, place=fixed.place, kept_out=fixed.kept_out
+        )
     if fixed is not None and not cropped:
         # it stands where it stood: what was learned can speak for it
         return replace(glyph, confidence=max(glyph.confidence, fixed.confidence))

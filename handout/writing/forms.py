@@ -111,8 +111,6 @@ class ExtractedStrokes:
         self._before = np.cumsum([0, *(len(page.graph) for page in hand.pages)])  # vertices of the pages before
         self._count = int(self._before[-1])
         self._owned = self._code_vertices(list(enumerate(_undotted(hand))))
-        self._owner = np.full(self._count, NOBODY)  # the glyph that has each vertex
-        self._owner[self._owned % self._count] = self._owned // self._count
         out = [(number, path) for number, paths in sorted(ways.items()) for path in paths]
         into = sorted(((hand.glyphs[number].after, path) for number, path in out), key=itemgetter(0))
         gone = self._code_vertices([(i, path[1:]) for i, path in out] + [(i, path[:-1]) for i, path in into])
@@ -145,7 +143,7 @@ class ExtractedStrokes:
         pairs = self._hand.pages[glyph.page].graph.edges_between(vertices)
         paths = (*self._paths.get(number, ()), *self._paths.get(glyph.before, ()))
         walked = np.concatenate([np.zeros((0, 2), np.intp), *(np.column_stack([way[:-1], way[1:]]) for way in paths)])
-        own = (self._owner[vertices + self._before[glyph.page]] == number)[pairs].all(axis=1)
+        own = _are_among(self._code_vertices([(number, vertices)]), self._owned)[pairs].all(axis=1)
         return np.asarray(pairs[own & ~_are_among(self._steps(vertices[pairs]), np.sort(self._steps(walked)))])
 
     def _code_vertices(self, lines: Sequence[tuple[int, Indices]]) -> Indices:

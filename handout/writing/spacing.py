@@ -164,6 +164,7 @@ _USUAL = [[0.05, 0.3, 0.03], [0.05, 0.08, 0.05], [0.0, 0.15, -0.05], [0.2, 0.6, 
 _WORD_SHARES = (12.0, 84.0)  # per cent: word gaps are drawn from between; narrower look closed, wider are exceptions
 _LIFTED = 75.0  # per cent: letters that are not joined stand no further apart than so many of the author's
 _SHARE = 2.0  # per cent: clearances outside these percentiles are slips of the pen or of the reading
+_FENCE = 1.5  # quartile distances outside the quartiles: Tukey, Exploratory Data Analysis, 1977
 _NEAREST = 10.0  # per cent: letters that are not joined stand no nearer than so many of the author's
 _CLEAR = 0.06  # x-heights between two such letters where a hand shows few
 _NARROW = 10.0  # per cent: the same percentile of word gaps over all heights, higher because cut strokes reach in
@@ -374,20 +375,18 @@ def _gaps(forms: Forms, beyond: Sides, near: Neighbours, x: Array) -> Gaps:
     to_right[kind, first], to_left[kind, second] = clearances, clearances
     for pair_kind in (LETTERS, WORDS, MARKS):
         of_kind = clearances[kind == pair_kind]
-        if len(of_kind) >= _ENOUGH:
-            low[pair_kind], high[pair_kind] = np.percentile(of_kind, [_SHARE, 100 - _SHARE])
-            usual = np.clip(of_kind, low[pair_kind], high[pair_kind])
-            mean[pair_kind], deviation[pair_kind] = usual.mean(), usual.std()
-            if pair_kind == WORDS:
-                words = of_kind[~near.closes(second[kind == pair_kind])]
-                words = np.sort(words if len(words) >= _ENOUGH else of_kind)
-                level = (x[second] - x[first] + beyond.between(first, second))[kind == pair_kind]
-                word = float(np.percentile(level, _NARROW, method="inverted_cdf"))
-                across = (x[second] - x[first] + beyond.across(first, second))[kind == pair_kind]
-                across = across[np.isfinite(across)]
-                zone = float(np.percentile(across, 100 - _SHARE, method="inverted_cdf")) if len(across) else np.inf
-        elif len(of_kind):
-            mean[pair_kind], low[pair_kind], high[pair_kind] = _few_gaps(of_kind, float(deviation[pair_kind]))
+        if len(of_kind):
+            mean[pair_kind], deviation[pair_kind], low[pair_kind], high[pair_kind] = _usual_gap(
+                of_kind, float(deviation[pair_kind])
+            )
+        if pair_kind == WORDS and len(of_kind) >= _ENOUGH:
+            words = of_kind[~near.closes(second[kind == pair_kind])]
+            words = np.sort(words if len(words) >= _ENOUGH else of_kind)
+            level = (x[second] - x[first] + beyond.between(first, second))[kind == pair_kind]
+            word = float(np.percentile(level, _NARROW, method="inverted_cdf"))
+            across = (x[second] - x[first] + beyond.across(first, second))[kind == pair_kind]
+            across = across[np.isfinite(across)]
+            zone = float(np.percentile(across, 100 - _SHARE, method="inverted_cdf")) if len(across) else np.inf
     letters = clearances[kind == LETTERS]
     of_letter = np.stack(
         [_of_letter(forms, side[kind == LETTERS], letters, float(mean[LETTERS])) for side in (first, second)]
@@ -411,10 +410,21 @@ def _of_letter(forms: Forms, glyphs: Indices, clearances: Array, mean: float) ->
 _PRIOR = 4.0  # pairs that all letters together count for, beside those of one letter
 
 
-def _few_gaps(clearances: Array, deviation: float) -> tuple[float, float, float]:
-    """Middle, least and most of few clearances: one that was set far off must not be what is written every time."""
-    middle = float(np.median(clearances))
-    return middle, middle - deviation, middle + deviation
+def _usual_gap(clearances: Array, deviation: float) -> tuple[float, float, float, float]:
+    """Mean, deviation, least and most of clearances, without the slips of the pen or of the reading among them.
+
+    deviation : of few of them: one that was set far off must not be what is written every time.
+    """
+    if len(clearances) < _ENOUGH:
+        middle = float(np.median(clearances))
+        return middle, deviation, middle - deviation, middle + deviation
+    low, high = np.percentile(clearances, [_SHARE, 100 - _SHARE])
+    if len(clearances) * _SHARE < 200:  # so few are beyond these that a single slip decides where they are
+        first, third = np.percentile(clearances, [25, 75])
+        reach = _FENCE * (third - first)
+        low, high = max(low, first - reach), min(high, third + reach)
+    usual = np.clip(clearances, low, high)
+    return float(usual.mean()), float(usual.std()), float(low), float(high)
 
 
 LEAST = 0.01  # line space: deviation of a rise that is never undercut

@@ -1,8 +1,12 @@
 """Ink that was given to the wrong neighbour comes back; what no letter had stays nobody's."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from handout.hand.ligatures import find_again
+from handout.motion.recovery.crossbars import WordCrossbars
 from handout.reading import pictures
 from handout.tagging.ink_exchange import NOBODY, SETTINGS, InkExchange, exchange_ink
 
@@ -84,4 +88,36 @@ def test_a_page_of_few_letters_is_left_alone(shared, small_page):
 
     sheet, letter, _, _ = shared
     assert len(letter) and SETTINGS.least > 44
-    assert exchange_ink(sheet, Alignment(()), letter) is letter
+    assert exchange_ink(sheet, Alignment(()), letter)[0] is letter
+
+
+def test_the_end_of_a_crossbar_comes_back_and_where_it_crosses_ink_is_both_letters(shared, small_hand):
+    sheet, letter, names, lines = shared
+    ways = {n: [way.path for way in glyph.ligatures] for n, glyph in enumerate(small_hand.glyphs)}
+    found = WordCrossbars(small_hand, ways)
+    bars = [bar for n in range(len(names)) for bar in found[n] if bar.glyph == n]
+    bar = next(b for b in bars if b.loose[1] and small_hand.glyphs[b.glyph].after == b.glyph + 1)
+    own, other, end = bar.glyph, bar.glyph + 1, bar.vertices[len(bar.vertices) // 8 :]
+    # the end of the bar is the next letter's; so is, then, the stem that the bar crosses
+    taken = letter.copy()
+    taken[end] = other
+    crossed = np.where(np.isin(letter, own) & ~np.isin(np.arange(len(letter)), bar.vertices), other, taken)
+    for before, crosses in ((taken, False), (crossed, True)):
+        exchange = InkExchange(sheet, before, names, lines, pictures.load())
+        exchange.give_crossbars([(own, bar)])
+        both = exchange.crossings[own]
+        assert (len(both) > 0) == crosses and (exchange.letter[both] == other).all()
+        assert (exchange.letter[np.setdiff1d(end, both)] == own).all()
+        assert np.array_equal(exchange.letter != before, np.isin(np.arange(len(letter)), np.setdiff1d(end, both)))
+    held = InkExchange(sheet, taken, names, lines, pictures.load(), frozenset({own}))
+    held.give_crossbars([(own, bar)])
+    assert np.array_equal(held.letter, taken)
+
+
+def test_nothing_leads_to_a_letter_from_where_a_bar_crosses_it(small_hand):
+    glyphs = list(small_hand.glyphs)
+    number = next(n for n, glyph in enumerate(glyphs) if len(glyph.ligatures) == 1)
+    assert len(find_again(glyphs, small_hand.pages, {number})[number].ligatures) == 1
+    both = np.union1d(glyphs[number].vertices, glyphs[number].ligatures[0].path)
+    glyphs[number] = replace(glyphs[number], vertices=both)
+    assert not find_again(glyphs, small_hand.pages, {number})[number].ligatures

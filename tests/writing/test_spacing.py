@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from handout.writing.neighbours import neighbours
-from handout.writing.spacing import _WORD_SHARES, _sampled_gaps, apart, kinds
+from handout.writing.spacing import _WORD_SHARES, _sampled_gaps, _usual_gap, apart, kinds
 from handout.writing.variation import Chances
 from tests.writing.lines_of_glyphs import gaps
 
@@ -150,9 +150,14 @@ def test_the_last_word_of_a_line_is_known(small_manner):
     assert small_manner.neighbours.closes(second).sum() == 3  # lines
 
 
-def test_few_marks_are_no_rule(small_hand):
+def test_few_marks_are_no_rule():
     """One full stop far off among three is not what every third is written like."""
-    from handout.writing.spacing import _few_gaps
+    assert _usual_gap(np.array([0.1, 0.12, 0.9]), 0.08) == pytest.approx((0.12, 0.08, 0.04, 0.2))
 
-    mean, low, high = _few_gaps(np.array([0.1, 0.12, 0.9]), 0.08)
-    assert (mean, low, high) == pytest.approx((0.12, 0.04, 0.2))
+
+def test_one_full_stop_far_off_is_no_end_of_what_is_usual():
+    """Of 60 marks one stood 53 x-heights off, and full stops were written 4 x-heights behind their words."""
+    clearances = np.append(np.linspace(0.2, 1.2, 59), 53.0)
+    low, high = _usual_gap(clearances, 0.08)[2:]
+    assert 0.2 <= low < 0.25 and 1.1 < high < 2.3
+    assert _usual_gap(np.append(clearances, np.full(200, 0.5)), 0.08)[3] < 1.3, "of many the percentile tells"
