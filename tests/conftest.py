@@ -158,12 +158,19 @@ def small_hand(small_page):
 
 
 @pytest.fixture(scope="session")
-def small_hand_file(small_hand, tmp_path_factory):
-    """The same as a file, with what is worked out of it once, as `handout hand read` leaves it."""
+def small_hand_file(request, tmp_path_factory):
+    """The same as a file, with what is worked out of it, as `handout hand read` leaves it; one process makes it."""
+    from handout import atomic
     from handout.hand import file
     from handout.pipeline.hand_learning import learn
 
-    path = tmp_path_factory.mktemp("hand") / "small.hand"
-    file.save(small_hand, path)
-    learn(path)
-    return path
+    own = tmp_path_factory.mktemp("hand") / "small.hand"
+    every = tmp_path_factory.getbasetemp().parent if "PYTEST_XDIST_WORKER" in os.environ else own.parent
+    made = every / "learnt.hand"
+    with atomic.hold_file(made):
+        if not made.exists():
+            file.save(request.getfixturevalue("small_hand"), own)
+            learn(own)
+            atomic.write(made, own.read_bytes())
+    own.write_bytes(made.read_bytes())
+    return own

@@ -10,7 +10,7 @@ from starlette.exceptions import HTTPException
 from starlette.requests import Request
 from starlette.responses import FileResponse, Response
 
-from handout import atomic
+from handout import atomic, shipped
 from handout.pipeline.options import PictureOptions, PromptOptions, ReadingOptions, SheetOptions, WritingOptions
 from handout.web.calls import Answered, GivenHand, HandCheck, Lacking, MorePages, NewHand, Sheets
 from handout.web.routes import Way, json_answer
@@ -60,17 +60,20 @@ def put_beside(studio: Studio, keys: Sequence[str], folder: Path) -> Path | None
 
 
 async def sample(studio: Studio, request: Request, body: None) -> Response:
-    """A line in a hand."""
-    name, folder = name_of(request), studio.folder()
-    writing = WritingOptions(studio.hand(name), seed=1, fit=True, fallback=True)
-    drawn = name in studio.drawn
+    """A line in a hand; that of a scanned one, which takes a second or two, is kept until its file is another."""
+    name = name_of(request)
+    drawn, kind = name in studio.drawn, "image/svg+xml" if name in studio.drawn else "image/png"
     await studio.settle_hand(studio.hand(name))
-    options = (writing, _SAMPLE_SHEET, PictureOptions(_SAMPLE_DPI))
-    call = Call("writing.write", (_SAMPLE, [folder / f"line.{'svg' if drawn else 'png'}"], *options), listens=True)
-    kind = "image/svg+xml" if drawn else "image/png"
-    return await follow_task(
-        request, studio.begin(studio.quick if drawn else studio.long, "a sample", call, folder), kind
-    )
+    own = studio.hands.get(name, shipped.user_folder("hands") / f"{name}.hand")
+    file = (own.stat().st_mtime_ns, own.stat().st_size) if own.exists() else None  # None: it comes with the program
+    before, task = studio.samples.get(name, (None, None))
+    if drawn or task is None or before != file or task.state != "done" or task.id not in studio.tasks:
+        writing, folder = WritingOptions(studio.hand(name), seed=1, fit=True, fallback=True), studio.folder()
+        options = (writing, _SAMPLE_SHEET, PictureOptions(_SAMPLE_DPI))
+        call = Call("writing.write", (_SAMPLE, [folder / f"line.{'svg' if drawn else 'png'}"], *options), listens=True)
+        task = studio.begin(studio.quick if drawn else studio.long, "a sample", call, folder)
+        studio.samples[name] = file, task
+    return await follow_task(request, task, kind)
 
 
 async def sheet(studio: Studio, request: Request, body: None) -> Response:

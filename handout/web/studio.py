@@ -63,6 +63,7 @@ class Studio:
     token: str = field(default_factory=lambda: secrets.token_urlsafe(32))
     uploads: dict[str, Upload] = field(default_factory=dict)
     tasks: dict[str, Task] = field(default_factory=dict)
+    samples: dict[str, tuple[Any, Task]] = field(default_factory=dict)  # lines in hands, and of which state of a file
     drawn: frozenset[str] = frozenset()  # hands that are quick to write in; known once hands were listed
     unkept: dict[str, asyncio.Task[None]] = field(default_factory=dict)  # hands whose corrections wait for their file
     troubles: dict[str, str] = field(default_factory=dict)  # why those of a hand could not be put there

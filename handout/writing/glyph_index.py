@@ -68,8 +68,8 @@ class ChoiceWeights:
     legible: float = 30.0
     blot: float = 20.0  # times its `blots`
     broken: float = 3.0  # without a body
-    # each share beyond its own that a glyph has of what is written of its letter (`evenness`).  With 1.5, and 10 instead
-    # of 7 for misreading, glyphs that are written in 1300 letters of csafe w0182 rise from 212 to 236, a glyph comes
+    # each share beyond its own that a glyph has of what is written of its letter (`evenness`).  With 1.5, and 10 for
+    # misreading instead of 7, glyphs that are written in 1300 letters of csafe w0182 rise from 212 to 236, a glyph comes
     # again within 60 letters in .20 instead of .24, and the hinge ratio falls from 1.56 to 1.49 and from 1.22 to 1.09
     # (cvl 0013 0012, eight and twelve pages)
     often: float = 1.5
@@ -447,7 +447,8 @@ def _even_prices(index: GlyphIndex) -> Array:
         if hand.author is not None or hand.legible:
             return index_glyphs(prefer_legible(hand.author or hand, 0.0)).even_price
         # those too that are not to be written: else each would change what all others cost
-        named = replace(index, letters=tuple(glyph.letter for glyph in hand.glyphs))
+        out = np.array([glyph.kept_out for glyph in hand.glyphs], dtype=bool)
+        named = replace(index, letters=tuple(g.letter for g in hand.glyphs), refused=index.refused & ~out)
         return evenness.even_prices(named, WEIGHTS.often, WEIGHTS.noise).round(3)
 
     known = learnt(hand.author or hand, "even prices", evenness.VERSION, hand.own_count, work_out)

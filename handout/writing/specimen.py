@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from itertools import accumulate
 
 import numpy as np
 
@@ -29,10 +30,10 @@ def specimen(hand: Hand, text: str, rng: np.random.Generator, *, width: float, x
     sides = _MARGIN * x_height
     layout = Layout(Page(width, 5000.0), (0.0, sides, 0.0, sides), x_height)
     (written,) = compose(text, hand, layout, rng, pages=1)
-    lines = [_line(hand, row, number, x_height) for number, row in enumerate(rows)]
+    words = [0, *accumulate(map(len, rows))]  # each form is one, before each row and before the text
+    lines = [_line(hand, row, number, words[number], x_height) for number, row in enumerate(rows)]
     top = (_MARGIN + 2.2 + _PITCH * len(rows)) * x_height
-    words = sum(len(row) for row in rows)
-    lines += [_lower_line(line, top, words) for line in written.lines]
+    lines += [_lower_line(line, top, words[-1]) for line in written.lines]
     height = lines[-1].baseline + (_MARGIN + 1.2) * x_height
     return Manuscript(tuple(lines), Page(width, height, "specimen"), x_height, {"hand": hand.name})
 
@@ -84,7 +85,7 @@ def _rows(hand: Hand, room: float) -> Iterator[list[tuple[float, Glyph]]]:
         yield row
 
 
-def _line(hand: Hand, row: list[tuple[float, Glyph]], number: int, x_height: float) -> Line:
+def _line(hand: Hand, row: list[tuple[float, Glyph]], number: int, words: int, x_height: float) -> Line:
     baseline = (_MARGIN + 2.2 + _PITCH * number) * x_height
 
     def to_page(points: Array, x: float) -> Array:
@@ -92,7 +93,7 @@ def _line(hand: Hand, row: list[tuple[float, Glyph]], number: int, x_height: flo
         return np.column_stack([slanted * x_height, baseline - points[:, 1] * x_height])
 
     placed = [
-        Placed(glyph, tuple(to_page(s, x) for s in glyph.strokes), joined=False, word=1000 * number + i, at=i)
+        Placed(glyph, tuple(to_page(s, x) for s in glyph.strokes), joined=False, word=words + i, at=i)
         for i, (x, glyph) in enumerate(row)
     ]
     return Line("".join(glyph.letter for _, glyph in row), tuple(placed), baseline)
@@ -100,7 +101,7 @@ def _line(hand: Hand, row: list[tuple[float, Glyph]], number: int, x_height: flo
 
 def _lower_line(line: Line, dy: float, words: int) -> Line:
     placed = tuple(
-        Placed(p.glyph, tuple(s + np.array([0.0, dy]) for s in p.strokes), p.joined, p.word + 1000 * words, p.at)
+        Placed(p.glyph, tuple(s + np.array([0.0, dy]) for s in p.strokes), p.joined, p.word + words, p.at)
         for p in line.placed
     )
     return Line(line.text, placed, line.baseline + dy, line.rise)

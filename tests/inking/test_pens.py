@@ -99,7 +99,7 @@ def test_speed_gives_less_ink(model: str) -> None:
 
 @pytest.mark.slow
 @given(low=st.floats(0, 1), high=st.floats(0, 1), slow=st.floats(1, 200), fast=st.floats(1, 200))
-@settings(deadline=None, max_examples=40)
+@settings(deadline=None, max_examples=15)
 def test_width_and_load_follow_pressure_and_speed(low: float, high: float, slow: float, fast: float) -> None:
     low, high = sorted((low, high))
     slow, fast = sorted((slow, fast))

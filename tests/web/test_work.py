@@ -1,6 +1,7 @@
 """What the studio does for a program: texts and hands become files, in other processes, which may fail and be ended."""
 
 import io
+import os
 import re
 import struct
 import tempfile
@@ -49,6 +50,17 @@ def test_a_word_is_found_and_written_again(program):
 def test_who_accepts_the_format_gets_the_file_itself(program):
     asked = {"text": "Dear Ada", "page": "A6", "seed": 4, "format": "pdf"}
     assert program.post("/api/write", json=asked, headers={"Accept": "application/pdf"}).content.startswith(b"%PDF")
+
+
+def test_a_line_in_a_scanned_hand_is_written_anew_when_its_file_is_another(program):
+    def sample():
+        return program.get("/api/hands/small/sample").json()["id"]
+
+    first = sample()
+    assert sample() == first
+    path = program.studio.hands["small"]
+    os.utime(path, ns=(path.stat().st_atime_ns, path.stat().st_mtime_ns + 1))
+    assert sample() != first
 
 
 def test_events_tell_how_far_it_has_come(program):

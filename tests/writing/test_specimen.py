@@ -15,6 +15,8 @@ def test_every_form_of_every_character_is_on_the_sheet(name):
     wanted = {(letter, g.form) for letter, glyphs in hand.glyphs.items() for g in glyphs}
     assert set(shown) == wanted and len(shown) == len(wanted)
     assert sheet.lines[-1].text == "The quick fox."
+    numbers = [p.word for line in sheet.lines for p in line.placed]
+    assert set(numbers) == set(range(len(wanted) + 3)), "files keep a word for each number up to the last"
     ink = np.vstack([s for line in sheet.lines for p in line.placed for s in p.strokes])
     assert ink.min() > 0 and ink[:, 0].max() < sheet.page.width and ink[:, 1].max() < sheet.page.height
 
