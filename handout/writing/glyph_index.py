@@ -69,7 +69,7 @@ class ChoiceWeights:
     blot: float = 20.0  # times its `blots`
     broken: float = 3.0  # without a body
     # each share beyond its own that a glyph has of what is written of its letter (`evenness`).  With 1.5, and 10 for
-    # misreading instead of 7, glyphs that are written in 1300 letters of csafe w0182 rise from 212 to 236, a glyph comes
+    # misreading instead of 7, glyphs that are written in 1300 letters of csafe w0182 rise from 212 to 236, one comes
     # again within 60 letters in .20 instead of .24, and the hinge ratio falls from 1.56 to 1.49 and from 1.22 to 1.09
     # (cvl 0013 0012, eight and twelve pages)
     often: float = 1.5
