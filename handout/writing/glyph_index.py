@@ -26,7 +26,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
-from itertools import accumulate, pairwise
+from itertools import accumulate, islice, pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,7 +41,7 @@ from handout.values import Array, Indices, readonly, readonly_indices
 from handout.writing import evenness
 from handout.writing.choosing import Candidates, fading_cost, glyph_chances
 from handout.writing.forms import spread_evenly, ways
-from handout.writing.legibility import misreadings, prefer_legible
+from handout.writing.legibility import made_words, misreadings, prefer_legible
 from handout.writing.text import Letter, spelt
 
 
@@ -449,11 +449,34 @@ def _even_prices(index: GlyphIndex) -> Array:
         # those too that are not to be written: else each would change what all others cost
         out = np.array([glyph.kept_out for glyph in hand.glyphs], dtype=bool)
         named = replace(index, letters=tuple(g.letter for g in hand.glyphs), refused=index.refused & ~out)
-        return evenness.even_prices(named, WEIGHTS.often, WEIGHTS.noise).round(3)
+        return evenness.even_prices(
+            _likely_words(named), np.array(named.letters), named.intrinsic_cost, WEIGHTS.often, WEIGHTS.noise
+        ).round(3)
 
     known = learnt(hand.author or hand, "even prices", evenness.VERSION, hand.own_count, work_out)
     prices[: hand.own_count] = (1 - hand.legible) * known
     return prices
+
+
+def _likely_words(index: GlyphIndex) -> list[evenness.Word]:
+    """Words that nobody wrote, of letters as the hand's pages have them."""
+    found = list[evenness.Word]()
+    for made in islice(made_words(index.hand, np.random.default_rng(0)), _WORDS_TRIED):
+        spelling = [index.letters[number] for number in made]
+        each = [index.all_candidates(*target) for target in zip(spelling, places(spelling), strict=True)]
+        numbers = [candidates.numbers[:_MOST_CANDIDATES] for candidates in each]
+        more = [
+            candidates.cost[: len(some)] - index.intrinsic_cost[some]
+            for candidates, some in zip(each, numbers, strict=True)
+        ]
+        more[-1] = more[-1] + index.ending(numbers[-1])
+        steps = [index.steps(one, other, varied=True) for one, other in pairwise(numbers)]
+        found.append((numbers, more, [np.exp(-np.minimum(step, _DEAREST) / WEIGHTS.noise) for step in steps]))
+    return found
+
+
+_WORDS_TRIED = 400  # half a second for a page
+_DEAREST = 60.0  # of a step: beyond that all are as unlikely
 
 
 def _joined_shares(hand: ScannedHand) -> tuple[Array, Array]:
