@@ -10,12 +10,15 @@ Indices = NDArray[np.intp]
 
 def number_pieces(edges: Indices, count: int) -> Indices:
     """(count,) int, from 0: number of the connected piece of every vertex; `edges` : (m, 2) int, each pair once."""
-    label, (a, b) = np.arange(count), edges.T
+    (a, b), here = edges.T, np.arange(count)
+    follows = np.zeros(count, dtype=bool)
+    follows[b[b == a + 1]] = True
+    label = np.maximum.accumulate(np.where(follows, 0, here))  # lines are numbered along them, most of them
     while True:
         # every piece that meets one of a lower number joins it, and what has joined it comes after
         low, high = np.minimum(label[a], label[b]), np.maximum(label[a], label[b])
         if (low == high).all():
-            return np.asarray(np.unique(label, return_inverse=True)[1], dtype=np.intp)
+            return np.asarray((np.cumsum(label == here) - 1)[label], dtype=np.intp)
         np.minimum.at(label, high, low)
         while ((then := label[label]) < label).any():
             label = then

@@ -5,7 +5,10 @@ For whoever reads and checks a file ``from handout.libraries import cv2`` at its
 
 from __future__ import annotations
 
+from functools import cache
 from importlib import import_module
+from importlib.machinery import PathFinder
+from importlib.util import module_from_spec
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -15,8 +18,33 @@ if TYPE_CHECKING:
     from scipy import optimize as optimize
     from scipy import sparse as sparse
     from scipy import spatial as spatial
+    from scipy.linalg import lapack as lapack
     from scipy.sparse import csgraph as csgraph
 else:
+    _LAPACK = "scipy.linalg.lapack"
+    # SciPy copies all that numpy has when it loads; for that numpy loads these, which takes as long as SciPy itself
+    _COPIED = ("f2py", "ma", "testing")
+
+    @cache
+    def _load(name: str) -> Any:
+        """A module; of LAPACK the bare extension: all of `scipy.linalg` takes a tenth of the time of a sentence."""
+        import numpy as np
+
+        if name == _LAPACK:
+            import scipy
+
+            spec = PathFinder.find_spec("_flapack", [f"{folder}/linalg" for folder in scipy.__path__])
+            if spec is not None and spec.loader is not None:
+                spec.loader.exec_module(module := module_from_spec(spec))
+                return module
+        held = [part for part in _COPIED if part not in vars(np)]
+        vars(np).update(dict.fromkeys(held))
+        try:
+            return import_module(name)
+        finally:
+            for part in held:
+                if vars(np)[part] is None:  # nobody asked for it by its full name
+                    delattr(np, part)
 
     class _Library:
         """A module that is loaded by the first of its names that is asked for."""
@@ -26,9 +54,10 @@ else:
 
         def __getattr__(self, name: str) -> Any:
             # kept here, so that it is asked for once
-            value = self.__dict__[name] = getattr(import_module(self._module), name)
+            value = self.__dict__[name] = getattr(_load(self._module), name)
             return value
 
     cv2 = _Library("cv2")
     interpolate, ndimage, optimize = map(_Library, ("scipy.interpolate", "scipy.ndimage", "scipy.optimize"))
     sparse, csgraph, spatial = map(_Library, ("scipy.sparse", "scipy.sparse.csgraph", "scipy.spatial"))
+    lapack = _Library(_LAPACK)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import codecs
+import gc
 import io
 import json
 import os
@@ -48,6 +49,9 @@ _WITHOUT_DEFAULTS = {"config", "doctor", "completion", "man"}  # verbs that work
 _HELP = {"-h", "--help"}
 # what numpy's and scipy's libraries of linear algebra ask when they are loaded, and processes that are started inherit;
 # `one_thread` of handout/networks.py says why, and does the same for programs that call handout
+_OBJECTS = (
+    50_000  # new ones after which cycles are looked for; after 700, as Python does, it takes a twentieth of a page
+)
 _THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
 
 
@@ -121,6 +125,7 @@ def main(args: list[str] | None = None) -> None:
     """Run the command and leave with its exit code: 0 done, 2 bad input, 3 device fault, 4 some rows failed."""
     for variable in _THREADS:
         os.environ.setdefault(variable, "1")
+    gc.set_threshold(_OBJECTS)
     codecs.register_error("handout", _escape)
     streams.open_closed()
     if isinstance(sys.stdout, io.TextIOWrapper):

@@ -156,13 +156,16 @@ def _shared_vertices(layers: Sequence[GlyphLayer], corner: Indices, end: Indices
             some = np.flatnonzero(((layer.xy >= corner[other]) & (layer.xy < end[other])).all(axis=1))
             if not len(some):
                 continue
-            squares = square_distances(layer.xy[some], beside.xy)
-            at, away, twice = squares.argmin(axis=1), np.sqrt(squares.min(axis=1)), layer.twice[some]
-            cosine = (twice * np.conj(beside.twice[at])).real
-            along = cosine >= _ALIKE * np.abs(twice) * np.abs(beside.twice[at])
+            xy, twice = layer.xy[some], layer.twice[some]
+            reach = np.maximum(_NEAR, _OF_RADIUS * layer.radius[some])
+            around = (beside.xy >= xy.min(axis=0) - reach.max()) & (beside.xy <= xy.max(axis=0) + reach.max())
+            if not len(there := np.flatnonzero(around.all(axis=1))):
+                continue
+            squares = square_distances(xy, beside.xy[there])
+            away, their = np.sqrt(squares.min(axis=1)), beside.twice[there[squares.argmin(axis=1)]]
+            along = (twice * np.conj(their)).real >= _ALIKE * np.abs(twice) * np.abs(their)
             # where a ligature turns sharply they see different directions; that vertices are in one place is enough
-            near = away <= np.maximum(_NEAR, _OF_RADIUS * layer.radius[some])
-            found[mine][side, some] = near & (along | (away < _ONE))
+            found[mine][side, some] = (away <= reach) & (along | (away < _ONE))
     return np.concatenate(found, axis=1)
 
 

@@ -21,6 +21,8 @@ from handout.writing.forms import square_distances
 _OWN = 0.8  # pixels within which a vertex of the page is the glyph's: less than the distance of two vertices
 _NEAR = 3.0  # pixels around a line, which lies along its page's, in which the page's is looked for
 
+_BAND, _WIDE = 64, 2.0**20  # pixels: height of the bands in which vertices are looked up, and more than any is wide
+
 _Pixels = NDArray[np.float32]
 Box = tuple[int, int, int, int]
 
@@ -41,11 +43,14 @@ class InkSource:
         return np.searchsorted(both[:, 0], np.arange(len(self.radius) + 1)), both[:, 1]
 
     @cached_property
-    def _by_x(self) -> tuple[NDArray[np.intp], Array]:
-        """(n,) the vertices from left to right, and (n,) their x."""
-        x = self.page.graph.uv[:, 0]
-        order = np.argsort(x)
-        return order, x[order]
+    def _by_band(self) -> tuple[NDArray[np.intp], NDArray[np.intp], Array]:
+        """(n,) the vertices from left to right, (n,) their numbers there, band after band of the picture, and (n,) the
+        places of those."""
+        order = np.argsort(self.page.graph.uv[:, 0])
+        x, y = self.page.graph.uv[order].T
+        place = np.floor(y / _BAND) * _WIDE + x
+        number = np.argsort(place)
+        return order, number, place[number]
 
     @cached_property
     def premultiplied_ink(self) -> NDArray[np.uint8]:
@@ -83,10 +88,12 @@ class InkSource:
 
     def within(self, box: tuple[float, float, float, float]) -> NDArray[np.intp]:
         """Vertices (n,) inside a part of the picture (left, top, right, bottom), pixels."""
-        order, x = self._by_x
-        near = order[np.searchsorted(x, box[0], side="right") : np.searchsorted(x, box[2])]
+        (order, number, place), (left, top, right, bottom) = self._by_band, box
+        bands = np.arange(np.floor(top / _BAND), np.floor(bottom / _BAND) + 1) * _WIDE
+        ends = zip(place.searchsorted(bands + left, side="right"), place.searchsorted(bands + right), strict=True)
+        near = order[np.sort(np.concatenate([number[begin:end] for begin, end in ends]))]
         y = self.page.graph.uv[near, 1]
-        return np.asarray(near[(y > box[1]) & (y < box[3])])
+        return np.asarray(near[(y > top) & (y < bottom)])
 
 
 def own_vertices(inks: Sequence[Ink], sources: Mapping[int, InkSource]) -> list[tuple[Array, NDArray[np.intp]]]:

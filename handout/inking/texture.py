@@ -87,9 +87,9 @@ def texture(manuscript: Manuscript, hand: ScannedHand, dpi: float, *, margin: fl
         for layer in _layers(inks, sources, dpi, (height, width), margin):
             # where there is some ink already, that which covers more is seen
             (x, y), (h, w) = layer.corner, layer.near.shape
-            under = page[y : y + h, x : x + w]
-            more = layer.rgba[:, :, 3:] > under[:, :, 3:]
-            np.copyto(under.view(np.uint32), np.ascontiguousarray(layer.rgba).view(np.uint32), where=more)
+            under = page[y : y + h, x : x + w].view("<u4")
+            over = np.ascontiguousarray(layer.rgba).view("<u4")
+            np.copyto(under, over, where=over >> 24 > under >> 24)
             first, end = min(first, y), max(end, y + h)
     return Raster(page, dpi, rows=(min(first, end), end))
 

@@ -264,9 +264,10 @@ def _cut_patches(glyphs: _Glyphs, box: Indices, atlas: Atlas) -> tuple[_Ink, NDA
     share = (nearest >= 0).astype(np.float32)
     _round_ends(share, np.concatenate(ends), np.concatenate(radii))
     share = np.maximum(share, cv2.blur(share, (3, 3)))
-    ink = np.multiply(straight, straight[:, :, 3:], dtype=np.uint16)
-    ink[:, :, 3] = straight[:, :, 3] * np.uint16(255)
-    some = np.flatnonzero((share < 1) & (straight[:, :, 3] > 0))
+    wide = straight.astype(np.uint16)
+    alpha = cv2.extractChannel(wide, 3)
+    ink: _Ink = wide * np.asarray(cv2.merge([alpha, alpha, alpha, np.full_like(alpha, 255)]), dtype=np.uint16)
+    some = np.flatnonzero((share < 1) & (alpha > 0))
     ink.reshape(-1, 4)[some] = ink.reshape(-1, 4)[some] * share.ravel()[some, None] + np.float32(0.5)
     return ink, nearest
 
@@ -338,11 +339,10 @@ def _trace_back(line: Course, band: _Band, glyphs: _Glyphs) -> tuple[_Pixels, _P
     bent = np.bincount(line.glyph, off >= _EXACT) > 0
     x, y = _move_pixels(factors(*rest).take(band.vertex, axis=1), band)
     if bent.any():
-        moved = np.stack([x, y, x * x + y * y, np.ones_like(x)], axis=1)
-        side = (glyphs.side, glyphs.side)
-        whole = band.window(moved)
-        parts = cv2.blur(cv2.blur(whole, side) * whole[:, :, 3:], side).reshape(-1, 4).take(band.at, axis=0)
-        mean_x, mean_y, square = (parts[:, k] / parts[:, 3] for k in range(3))
+        side, inside = (glyphs.side, glyphs.side), band.window(np.ones_like(x))
+        whole = (band.window(part) for part in (x, y, x * x + y * y, inside.ravel().take(band.at)))
+        *parts, share = (cv2.blur(cv2.blur(part, side) * inside, side).ravel().take(band.at) for part in whole)
+        mean_x, mean_y, square = (part / share for part in parts)
         apart = np.sqrt(np.maximum(square - mean_x**2 - mean_y**2, 0))
         # where strokes part, or a line turns back on itself, the mean of two movements would hit no ink
         share = np.clip(apart / np.float32(_APART) - 1, 0, 1)

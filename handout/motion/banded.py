@@ -10,32 +10,15 @@ Source: seed 003, §3.1–3.2 (eq. 9 corrected: ω = 2π/Ts; eq. 14 corrected: i
 
 from __future__ import annotations
 
-import importlib.util
 from dataclasses import dataclass
-from functools import lru_cache
-from importlib.machinery import PathFinder
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 
+from handout.libraries import lapack
 from handout.values import Array
 
 End = Literal["free", "rest", "fixed"]
-
-
-@lru_cache(maxsize=1)
-def _lapack() -> Any:
-    """Load SciPy's LAPACK alone: all of `scipy.linalg` takes a fourth of the time of a sentence in a drawn hand."""
-    import scipy
-
-    spec = PathFinder.find_spec("_flapack", [f"{folder}/linalg" for folder in scipy.__path__])
-    if spec is None or spec.loader is None:
-        from scipy.linalg import lapack
-
-        return lapack
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,14 +46,14 @@ class Chain:
                 reach = min(len(self.coupling), len(rhs))
                 rhs[:reach] -= np.multiply.outer(self.coupling[:reach], start)
         flat = rhs if self.dimensions == 1 else rhs.reshape(self.factor.shape[1], -1)
-        solved, _ = _lapack().dpbtrs(self.factor, flat, lower=1, overwrite_b=1)
+        solved, _ = lapack.dpbtrs(self.factor, flat, lower=1, overwrite_b=1)
         return self._unfold(solved.reshape(rhs.shape), start)
 
     def noise(self, rng: np.random.Generator, dimensions: int) -> Array:
         """One draw (N, `dimensions`) from N(0, H⁻¹), by back substitution in the factor; a fixed start stays put."""
         columns = dimensions if self.dimensions == 1 else 1
         white = rng.standard_normal((self.factor.shape[1], columns))
-        drawn, _ = _lapack().dtbtrs(self.factor, white, uplo="L", trans="T", diag="N")
+        drawn, _ = lapack.dtbtrs(self.factor, white, uplo="L", trans="T", diag="N")
         return self._unfold(drawn.reshape(-1, dimensions), None)
 
     def _unfold(self, unknowns: Array, start: Array | None) -> Array:
@@ -117,7 +100,7 @@ def factorise(
     if start == "fixed":
         coupling = band[dimensions::dimensions, 0].copy()
         band = band[:, dimensions:]
-    factor, unlike = _lapack().dpbtrf(band, lower=1, overwrite_ab=1)
+    factor, unlike = lapack.dpbtrf(band, lower=1, overwrite_ab=1)
     if unlike:
         raise np.linalg.LinAlgError(f"the form is not positive definite from unknown {unlike} on")
     return Chain(factor, before, after, dimensions, coupling)

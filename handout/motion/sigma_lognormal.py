@@ -13,8 +13,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from scipy.linalg.lapack import zgbsv, zgtsv
 
+from handout.libraries import lapack
 from handout.motion import covariance
 from handout.motion import sigma_lognormal_model as lognormal
 from handout.motion.sigma_lognormal_model import REACH, Complex, Pulses
@@ -142,7 +142,7 @@ def virtual_chords(points: Array, pulses: Pulses) -> Complex:
     # rows of the band beyond the matrix come out as 0; the first `below` rows are room for the pivoting
     band = np.zeros((2 * below + above + 1, k), dtype=np.complex128)
     band[below:] = (done[:, 1:] - done[:, :-1]).T
-    *_, chords, trouble = zgbsv(below, above, band, np.diff(z)[:, None])
+    *_, chords, trouble = lapack.zgbsv(below, above, band, np.diff(z)[:, None])
     if trouble:
         raise ValueError("the pulses overlap too much to be led through their points")
     return np.asarray(chords[:, 0])
@@ -164,7 +164,7 @@ def _bends(z: Complex) -> Array:
     sides = np.empty_like(z)
     sides[1:-1] = z[2:] - z[:-2]
     sides[0], sides[-1] = z[1] - z[0], z[-1] - z[-2]
-    *_, slope, _ = zgtsv(beside, middle, beside, 3 * sides)
+    *_, slope, _ = lapack.zgtsv(beside, middle, beside, 3 * sides)
     chord = np.diff(z)
     rise = (slope[:-1] - slope[1:]) / 8
     square = np.abs(chord) ** 2

@@ -13,6 +13,8 @@ from handout.prompting.sheet_codes import PARTS, PageRecord, join, read_codes, u
 from handout.prompting.sheet_layout import Registration, SheetLayout, in_grey, register
 from handout.values import Array, Page
 
+# of the pitch, over a line: descenders of the line above end there, ascenders of that below begin under the rule
+_BODY = (0.4, 0.06)
 _DPI = (36.0, 2400.0)  # of a rectified page: bounds against slips
 
 
@@ -30,11 +32,6 @@ class DetectedSheet:
     layout: SheetLayout
 
     @property
-    def transcript(self) -> str:
-        """The same as one text."""
-        return "\n".join(self.record.lines)
-
-    @property
     def page(self) -> Page:
         """The paper, mm."""
         return self.layout.page
@@ -48,6 +45,13 @@ class DetectedSheet:
     def bands(self) -> Array:
         """(lines, 4) mm: the printed words, through which strokes may pass; (0, 4) if none are printed."""
         return self.layout.bands[: len(self.record.lines)]
+
+    @property
+    def fields(self) -> Array:
+        """(lines, 4) mm: where only the letters of a line reach, no print and next to none of its neighbours'."""
+        y, pitch = self.layout.baselines[: len(self.record.lines)], self.layout.pitch
+        left, right = (np.full_like(y, end) for end in (self.layout.left, self.layout.right))
+        return np.column_stack([left, y - _BODY[0] * pitch, right, y - _BODY[1] * pitch])
 
     @property
     def dpi(self) -> float:
@@ -73,7 +77,8 @@ def find_sheet(image: NDArray[np.uint8]) -> DetectedSheet | None:
     if data is None:
         raise InputError(
             f"Only {len(parts)} of the {len(boxes)} codes at the foot of the sheet can be read, and {PARTS} are "
-            f"needed: scan it at 200 dpi or more (this has {registration.dpi:.0f}), flat and clean at the foot."
+            f"needed: is the picture sharp there, and the sheet flat and clean? Take it anew, at 200 dpi or more (this "
+            f"has {registration.dpi:.0f})."
         )
     record = unpack(data)
     return DetectedSheet(registration, record, SheetLayout(registration.page, record.pitch, record.printed))

@@ -14,6 +14,7 @@ import hashlib
 import re
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import combinations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -42,6 +43,7 @@ from handout.scanning.page_layout import Gutter, find_gutter, flat_sheet
 from handout.scanning.text_lines import TextLines, find_text_lines
 from handout.scanning.written_page import Inked
 from handout.tagging.alignment import REFUSED, refusal, text_breadth, text_fit
+from handout.tagging.glyph_extraction import list_names
 from handout.tagging.line_space import straight_lines
 from handout.tagging.transcript import TranscriptLine, read_transcript
 
@@ -59,7 +61,16 @@ _LESS_BLUE = 0.06  # of the paper's light: how much less blue than red there is 
 _MOST_RED = 0.72  # of the paper's: darker than that is ink, on print or beside it
 _LEAST_PAPER = 0.9  # of the paper's light: what has less is not taken as paper to fill with
 _OVER_PRINT = 0.3  # mm from what is seen of a printed word within which ink may lie over it: half a printed stem
+_BESIDE_PEN = 1.0  # mm from ink: print further away has none
+_UNLIKELY = (
+    6.0  # median deviations of what print alone seems to have of ink: a normal variable is above this once in 40,000
+)
 _ENOUGH = 200  # pixels from which the colour of print, or of ink, is known
+# ink a letter below which a line of a sheet is empty, of that of full lines, a quantile; empty ones have .01 of it,
+# others .24
+_EMPTY, _FULL = 0.1, 0.9
+_SAME = 0.75  # cosine between the ink of two pictures from which they show one sheet: photographs have .94
+_REDDISH = 0.5  # of the ink beside print, how much may have its colour: a red pen's has 1.5, blue, black and grey .006
 _MOST_DENSE = 4.0  # natural logarithm: darker is not told from black
 
 
@@ -133,6 +144,7 @@ def gather_sources(names: Sequence[str], texts: Sequence[tuple[str, str]], dpi: 
     if len(texts) > len(pages):
         raise InputError(f"{units.count(len(texts), 'text')} for {units.count(len(pages), 'page')}: {_ONE_EACH}.")
     remaining, sources, source_of = list(texts), list[PageSource](), dict[bytes, str]()
+    sheets: list[FilledSheet | None] = []
     for path, page in pages:
         picture = read_picture(path, page)
         digest = hashlib.blake2b(np.ascontiguousarray(picture.rgb).data, person=b"scan").digest()
@@ -142,7 +154,7 @@ def gather_sources(names: Sequence[str], texts: Sequence[tuple[str, str]], dpi: 
                 "letters would count twice."
             )
         source_of[digest] = picture.source
-        sheet = filled_sheet(picture)
+        sheets.append(sheet := filled_sheet(picture))
         has_text = len(texts) == len(pages) or (sheet is None and bool(remaining))
         if sheet is None and not has_text:
             refuse_mirrored(picture)
@@ -151,13 +163,24 @@ def gather_sources(names: Sequence[str], texts: Sequence[tuple[str, str]], dpi: 
                 f"{picture.source}: what is written on it? Give its text with --text{f' ({counts})' if texts else ''}; "
                 "only sheets made with `handout hand prompt` say it themselves."
             )
-        text = remaining.pop(0)[1] if has_text else sheet.transcript if sheet else ""
-        sources.append(PageSource(sheet.prepared, text) if sheet else _plain_page(picture, dpi, text))
+        text = remaining.pop(0)[1] if has_text else None
+        sources.append(sheet.as_page(text) if sheet else _plain_page(picture, dpi, text or ""))
+    refuse_shown_twice(sheets)
     if remaining:
         raise InputError(
             f"--text {remaining[-1][0]}: every scan without a text of its own has one already; leave it out."
         )
     return sources
+
+
+def refuse_shown_twice(sheets: Sequence[FilledSheet | None]) -> None:
+    """Raise InputError where two pictures show one sheet."""
+    for (first, a), (second, b) in combinations([(sheet.scan.source, sheet.ink) for sheet in sheets if sheet], 2):
+        if a.shape == b.shape and np.vdot(a, b) > _SAME * np.linalg.norm(a) * np.linalg.norm(b):
+            raise InputError(
+                f"{second} shows the same sheet as {first}: leave the worse picture out, or its letters would count "
+                "twice."
+            )
 
 
 def _plain_page(picture: FilePicture, dpi: float | None, text: str) -> PageSource:
@@ -277,15 +300,22 @@ def _refuse_lost(tagged: TaggedPage, lines: str) -> None:
 
 @dataclass(frozen=True, eq=False)
 class FilledSheet:
-    """A sheet as a scan of its own: flat, everything printed on it replaced by paper; and what was to be copied."""
+    """A sheet as a scan of its own: flat, everything printed on it replaced by paper.
+
+    transcript : what was to be copied, without the lines under which nothing is written.
+    ink : (h, w) float, a pixel a mm: share of it that is inked.
+    notes : sentences to show the user.
+    """
 
     scan: Scan
     transcript: str
+    ink: Array
+    notes: tuple[str, ...] = ()
 
-    @property
-    def prepared(self) -> PreparedScan:
-        """The sheet with its light and inks known."""
-        return prepare(self.scan)
+    def as_page(self, text: str | None) -> PageSource:
+        """The page to be read, with another text if one is given."""
+        prepared = prepare(self.scan)
+        return PageSource(prepared, self.transcript, notes=self.notes) if text is None else PageSource(prepared, text)
 
 
 def filled_sheet(scan: Scan | FilePicture) -> FilledSheet | None:
@@ -293,6 +323,8 @@ def filled_sheet(scan: Scan | FilePicture) -> FilledSheet | None:
 
     Raises InputError: there are marks of a sheet, but too few; or its codes cannot be read.
     """
+    import cv2
+
     from handout.prompting.sheet_detection import find_sheet, printed_on, rectify
 
     try:
@@ -303,8 +335,25 @@ def filled_sheet(scan: Scan | FilePicture) -> FilledSheet | None:
         return None
     dpi = min(float(round(sheet.dpi)), ENOUGH_DPI)
     flat = rectify(np.asarray(scan.rgb), sheet, dpi)
-    unprinted = _without_print(flat, printed_on(sheet, dpi), sheet, dpi)
-    return FilledSheet(Scan(unprinted, dpi, scan.source, told=True), sheet.transcript)
+    unprinted, ink, words = _without_print(flat, printed_on(sheet, dpi), sheet, dpi)
+    lines = sheet.record.lines
+    boxes = np.rint(sheet.fields / 25.4 * dpi).astype(int).tolist()
+    inked, reddish = np.array(
+        [[np.count_nonzero(mask[top:foot, left:right]) for left, top, right, foot in boxes] for mask in (ink, words)]
+    )
+    if reddish.sum() > _REDDISH * inked.sum():
+        raise InputError(
+            f"{scan.source}: its writing has the colour of the print, by which that is taken out: write with a pen "
+            "that is not red, or on sheets made with `handout hand prompt --plain`."
+        )
+    of_letter = inked / [len(line) for line in lines]
+    empty = np.flatnonzero(of_letter < _EMPTY * np.quantile(of_letter, _FULL)).tolist()
+    named = list_names([f"line {number + 1} (“{lines[number]}”)" for number in empty])
+    notes = [f"{scan.source}: nothing is written on {named} of the sheet; left out of its text."] if empty else []
+    text = "\n".join(line for number, line in enumerate(lines) if number not in empty)
+    size = round(sheet.page.width), round(sheet.page.height)
+    reduced = np.asarray(cv2.resize(ink.astype(np.float64), size, interpolation=cv2.INTER_AREA), dtype=np.float64)
+    return FilledSheet(Scan(unprinted, dpi, scan.source, told=True), text, reduced, tuple(notes))
 
 
 def refuse_mirrored(scan: Scan | FilePicture) -> None:
@@ -324,8 +373,11 @@ def refuse_mirrored(scan: Scan | FilePicture) -> None:
 
 def _without_print(
     flat: NDArray[np.uint8], marks: NDArray[np.bool_], sheet: DetectedSheet, dpi: float
-) -> NDArray[np.uint8]:
-    """The sheet (h, w, 3) with paper in place of its marks, words and lines; ink over words keeps its own colour."""
+) -> tuple[NDArray[np.uint8], NDArray[np.bool_], NDArray[np.bool_]]:
+    """The sheet (h, w, 3) with paper in place of its marks, words and lines; ink over words keeps its own colour.
+
+    Also returns where (h, w) something is written, and where something has the colour of the words.
+    """
     import cv2
 
     # of the paper as the light falls there: in a photograph's shadow all is dark
@@ -333,47 +385,51 @@ def _without_print(
     # a scanner's colours lie a little apart at the edges of black strokes
     light = np.asarray(cv2.GaussianBlur(light, (0, 0), 0.8))
     red, blue = light[:, :, 0], light[:, :, 2]
-    printed, words = marks.copy(), np.zeros_like(marks)
+    near = words = np.zeros_like(marks)
     if len(sheet.bands):
-        words = (red - blue > _LESS_BLUE) & (red > _MOST_RED)
-        printed |= (_grow_mask(words, 1) > 0) & (red > _MOST_RED)
+        words = (red - blue > _LESS_BLUE) & (red > _MOST_RED) & ~marks
+        near = (_grow_mask(words, round(_OVER_PRINT / 25.4 * dpi)) > 0) & ~marks
     # paper is taken from where there is neither print nor ink
-    filled = fill_smooth(flat, (printed | (_grow_mask(red < _LEAST_PAPER, 3) > 0)).astype(np.uint8))
-    ink = (red <= _MOST_RED) & ~marks
-    over = (_grow_mask(ink, 2) > 0) & (_grow_mask(words, round(_OVER_PRINT / 25.4 * dpi)) > 0) & ~marks
-    alone = _ink_alone(flat, filled, (words, ink, over))
-    return np.where((printed & ~over)[:, :, None], filled, alone)
+    paper = fill_smooth(flat, (marks | near | (_grow_mask(red < _LEAST_PAPER, 3) > 0)).astype(np.uint8))
+    pen = (red <= _MOST_RED) & ~marks
+    seen = words & ~(_grow_mask(pen, round(_BESIDE_PEN / 25.4 * dpi)) > 0)
+    result = np.where(marks[:, :, None], paper, flat)
+    result[near] = _ink_alone(flat, paper, (seen, pen & ~near, near))
+    written = np.asarray(result[:, :, 0] < _LEAST_PAPER * paper[:, :, 0].astype(np.float32))
+    return result, written, words
 
 
 def _ink_alone(
     flat: NDArray[np.uint8], paper: NDArray[np.uint8], layers: tuple[NDArray[np.bool_], ...]
 ) -> NDArray[np.uint8]:
-    """The sheet without the print under the ink, so that the pen has one colour throughout.
+    """(n, 3): pixels of print with the ink over it alone, so that the pen has one colour throughout.
 
     What two layers take of the light is multiplied, so their densities add: each pixel's is parted into that of the
     print and that of the ink, least squares with neither below 0, and the ink's is kept: its colour is the pen's, how
-    dark it is its own.  Source: own method (two layers of Beer and Lambert).
+    dark it is its own.  What is no darker than print alone seems to be is paper.
+    Source: own method (two layers of Beer and Lambert).
 
     paper : (h, w, 3), without ink and print.
-    layers : (h, w) each: where print is seen, where the pen has written, and where it may have written over print.
+    layers : (h, w) each: where print is seen, where the pen has written, and the n pixels that may have both.
     """
-    words, ink, over = layers
-    seen, pen = words & ~over, ink & ~over
-    if min(np.count_nonzero(seen), np.count_nonzero(pen)) < _ENOUGH or not over.any():
-        return flat
+    seen, pen, both = layers
+    if min(np.count_nonzero(seen), np.count_nonzero(pen)) < _ENOUGH:
+        return np.where(flat[both][:, :1] < _MOST_RED * paper[both][:, :1], flat[both], paper[both])
 
     def density(where: NDArray[np.bool_]) -> Array:
         taken = np.log(np.maximum(paper[where], 1.0)) - np.log(np.maximum(flat[where], 1.0))
         return np.asarray(np.clip(taken, 0.0, _MOST_DENSE))
 
+    def of_pen(where: NDArray[np.bool_]) -> Array:
+        total = density(where)
+        of_print, of_pen = np.linalg.lstsq(colours.T, total.T, rcond=None)[0]
+        alone = total @ colours[1] / (colours[1] @ colours[1])
+        return np.asarray(np.maximum(np.where(of_print > 0, of_pen, alone), 0.0))
+
     colours = np.array([np.median(density(seen), axis=0), np.median(density(pen), axis=0)])
-    total = density(over)
-    of_print, of_pen = np.linalg.lstsq(colours.T, total.T, rcond=None)[0]
-    of_pen = np.where(of_print > 0, of_pen, total @ colours[1] / (colours[1] @ colours[1]))
-    left = np.maximum(of_pen, 0.0)[:, None] * colours[1]
-    result = flat.copy()
-    result[over] = np.rint(paper[over] * np.exp(-left))
-    return result
+    left, none = of_pen(both), of_pen(seen)
+    left[left < np.median(none) + _UNLIKELY * np.median(np.abs(none - np.median(none)))] = 0.0
+    return np.asarray(np.rint(paper[both] * np.exp(-left[:, None] * colours[1])), dtype=np.uint8)
 
 
 def _grow_mask(mask: NDArray[np.bool_], by: int) -> NDArray[np.uint8]:

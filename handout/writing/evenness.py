@@ -24,7 +24,7 @@ _ROUNDS = 15  # half a second for a page
 Word: TypeAlias = tuple[list[Indices], list[Array], list[Array]]
 
 
-def even_prices(words: Sequence[Word], letters: Array, cost: Array, weight: float, noise: float) -> Array:
+def even_prices(words: Sequence[Word], letters: Sequence[str], cost: Array, weight: float, noise: float) -> Array:
     """(n,) of each glyph, 0 on average of those of a letter that may be written.
 
     words : that they are found on; letters, cost : (n,) of each glyph.
@@ -32,7 +32,8 @@ def even_prices(words: Sequence[Word], letters: Array, cost: Array, weight: floa
     """
     share = np.ones(len(cost))
     met = np.unique(np.concatenate([np.zeros(0, dtype=np.intp), *(each for word in words for each in word[0])]))
-    groups = [met[letters[met] == letter] for letter in np.unique(letters[met])]
+    names = np.array(letters)[met]
+    groups = [met[names == name] for name in np.unique(names)]
     for _ in range(_ROUNDS):
         use = expected_use(words, cost + weight * share, noise)
         for group in groups:

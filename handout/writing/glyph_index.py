@@ -450,7 +450,7 @@ def _even_prices(index: GlyphIndex) -> Array:
         out = np.array([glyph.kept_out for glyph in hand.glyphs], dtype=bool)
         named = replace(index, letters=tuple(g.letter for g in hand.glyphs), refused=index.refused & ~out)
         return evenness.even_prices(
-            _likely_words(named), np.array(named.letters), named.intrinsic_cost, WEIGHTS.often, WEIGHTS.noise
+            _likely_words(named), named.letters, named.intrinsic_cost, WEIGHTS.often, WEIGHTS.noise
         ).round(3)
 
     known = learnt(hand.author or hand, "even prices", evenness.VERSION, hand.own_count, work_out)

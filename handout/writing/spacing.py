@@ -33,12 +33,11 @@ from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import solveh_banded
-from scipy.linalg.lapack import dpotrf, dpotrs, dtrtri
 
 from handout.hand import measures
 from handout.hand.learnt import learnt
 from handout.hand.scanned import NOBODY
+from handout.libraries import lapack
 from handout.values import Array, Indices
 from handout.writing.bending import Bend
 from handout.writing.forms import Forms, GlyphLine, LineVertices, square_distances
@@ -515,17 +514,15 @@ def smoothed(height: Array, rise: Array, deviation: Array, hold: float = 1.0) ->
     rise, deviation : (n − 1,) float: of each letter over the one before it.
     """
     weight = deviation**-2.0
-    band = np.zeros((2, len(height)))
-    band[0, 1:] = -weight
-    band[1] = hold**-2.0
-    band[1, :-1] += weight
-    band[1, 1:] += weight
+    diagonal = np.full(len(height), hold**-2.0)
+    diagonal[:-1] += weight
+    diagonal[1:] += weight
     # the unknown is what the line departs from its own heights by: where they agree with the rises it is nothing
     pull = weight * (rise - np.diff(height))
     force = np.zeros(len(height))
     force[1:] += pull
     force[:-1] -= pull
-    return np.asarray(height + solveh_banded(band, force))
+    return np.asarray(height + lapack.dptsv(diagonal, -weight, force)[2])
 
 
 def height_model(forms: Forms, near: Neighbours) -> HeightModel:
@@ -574,12 +571,12 @@ def _predicted_heights(forms: Forms) -> Array:
     shapes = _shapes(forms)
     shapes = (shapes - shapes[sample].mean(axis=0)) / (shapes[sample].std(axis=0) + 1e-9)
     alike = np.exp(-square_distances(shapes, shapes[sample]) / (2 * _LENGTH**2))
-    factor = dpotrf(alike[sample] + _NOISE * np.eye(len(sample)), lower=1)[0]
+    factor = lapack.dpotrf(alike[sample] + _NOISE * np.eye(len(sample)), lower=1)[0]
     middle = height[sample].mean()
-    weights = dpotrs(factor, height[sample] - middle, lower=1)[0]
+    weights = lapack.dpotrs(factor, height[sample] - middle, lower=1)[0]
     predicted = middle + alike @ weights
     # what is known of a glyph itself is left out; of the inverse nothing but the diagonal is asked for that
-    predicted[sample] = height[sample] - weights / np.square(dtrtri(factor, lower=1)[0]).sum(axis=0)
+    predicted[sample] = height[sample] - weights / np.square(lapack.dtrtri(factor, lower=1)[0]).sum(axis=0)
     return np.asarray(predicted)
 
 

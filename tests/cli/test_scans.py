@@ -217,7 +217,7 @@ def test_texts_go_to_scans_that_are_no_sheets(small_scan, monkeypatch):
     from handout.tagging import page_sources
 
     prepared = prepare(small_scan.scan)
-    flat = page_sources.FilledSheet(prepared.scan, "printed")
+    flat = page_sources.FilledSheet(prepared.scan, "printed", np.zeros((2, 2)))
     monkeypatch.setattr(page_sources, "filled_sheet", lambda picture: flat if "sheet" in picture.source else None)
     monkeypatch.setattr(page_sources, "prepare", lambda scan: prepared)
     for shade, name in enumerate(("sheet", "second-sheet", "page", "other")):

@@ -48,6 +48,21 @@ def test_a_letter_that_is_another_is_asked_about_first(small_hand):
     assert all(use.word.text[use.index] == question.letter for question in asked for use in question.shown)
 
 
+def test_capitals_are_asked_about_where_sentences_have_them(small_hand, monkeypatch):
+    glyphs = tuple(replace(g, letter="N") if g.letter == "n" else g for g in small_hand.glyphs)
+    written = list[str]()
+
+    def write(hand, words, rng):
+        written.extend(words)
+        raise InputError("enough")
+
+    monkeypatch.setattr(letter_questions, "write_words", write)
+    monkeypatch.setattr(letter_questions.corpus, "shipped_sentences", lambda: ("Nee, e.", "Nee! nee?"))
+    with pytest.raises(InputError, match="enough"):
+        ask_letters(replace(small_hand, glyphs=glyphs), 9)
+    assert "Nee" in written
+
+
 def test_letters_that_read_worse_than_their_likes_come_before_those_written_most(small_hand, monkeypatch):
     def uses(hand):
         word = ReadWord("n", 0, np.zeros(1, dtype=np.intp), np.zeros((1, 1)), np.zeros(1))

@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 from scribbles import coverage, lines_of
 
+from handout.scanning.baselines import StrokeExtremes, on_baselines
 from handout.scanning.text_lines import find_text_lines
 
 WIDTH = 120.0
@@ -118,3 +119,14 @@ def test_nothing_to_find():
     rules = find_text_lines(np.zeros((300, 300), dtype=bool), 300.0)
     assert rules.lines == ()
     assert rules.nearest(np.zeros((2, 2))).tolist() == [-1, -1]
+
+
+def test_the_feet_of_a_short_line_do_not_lead_it_into_the_line_above() -> None:
+    """Two words that end low over their line: at the far edge the line went 9 mm up, through the one above."""
+    pitch, x = 9.5, np.linspace(24.0, 56.0, 30)
+    level = np.full(len(x), 46.0)
+    left = np.column_stack([x, level - 1.2])
+    feet = np.column_stack([x, level - 0.0466 * (x - 40.0)])
+    (line,) = on_baselines(StrokeExtremes(left, feet, left, level), [(44.8, 0.0)], 40.0, pitch)
+    assert abs(float(line.baseline(40.0)) - 46.0) < 0.3
+    assert abs(float(line.slope(40.0))) < 0.02, "its few feet say .047, lines lie within .008 of one another"

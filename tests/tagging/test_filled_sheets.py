@@ -6,9 +6,10 @@ import cv2
 import numpy as np
 import pytest
 
+from handout.errors import InputError
 from handout.prompting import sheet_detection
 from handout.scanning.scan import Scan
-from handout.tagging.page_sources import filled_sheet
+from handout.tagging.page_sources import filled_sheet, refuse_shown_twice
 from handout.values import Page
 
 DPI, PAPER = 300.0, np.array([242, 240, 235])
@@ -31,8 +32,9 @@ def drawn(*, words=True, ink=True):
 def sheet(monkeypatch):
     """A sheet that lies straight and needs no finding."""
     found = SimpleNamespace(
-        transcript="kept by me", dpi=299.9, page=Page(60.0, 40.0), masks=np.array([[1.0, 1.0, 6.0, 6.0]]),
-        bands=np.array([[5.0, 9.0, 55.0, 14.0]]),
+        dpi=299.9, page=Page(60.0, 40.0), masks=np.array([[1.0, 1.0, 6.0, 6.0]]),
+        bands=np.array([[5.0, 9.0, 55.0, 14.0]]), record=SimpleNamespace(lines=("kept by me", "lost words")),
+        fields=np.array([[5.0, 18.0, 55.0, 21.5], [5.0, 28.0, 55.0, 31.5]]),
     )  # fmt: skip
     monkeypatch.setattr(sheet_detection, "find_sheet", lambda image: found)
     monkeypatch.setattr(sheet_detection, "rectify", lambda image, sheet, dpi: image.copy())
@@ -43,7 +45,11 @@ def test_print_goes_and_ink_stays(sheet):
     both = drawn()
     grain = np.random.default_rng(0).normal(0, 2, both.shape)
     filled = filled_sheet(Scan(np.clip(both + grain, 0, 255).astype(np.uint8), DPI, "sheet.png"))
-    assert filled.transcript == "kept by me" and filled.scan.dpi == 300 and filled.scan.source == "sheet.png"
+    assert filled.transcript == "kept by me"
+    assert filled.notes == (
+        "sheet.png: nothing is written on line 2 (“lost words”) of the sheet; left out of its text.",
+    )
+    assert filled.scan.dpi == 300 and filled.scan.source == "sheet.png"
     bare = filled.scan.rgb.astype(float)
     want = drawn(words=False).astype(float)
     want[15:66, 15:66] = PAPER
@@ -82,3 +88,33 @@ def test_a_plain_sheet_keeps_all_colours(sheet):
 
 def test_another_scan_is_no_sheet():
     assert filled_sheet(Scan(drawn(), DPI, "page.png")) is None
+
+
+def test_two_pictures_of_one_sheet_are_refused_and_a_sheet_written_twice_is_not(sheet):
+    again = np.clip(drawn() * 0.8 + np.random.default_rng(1).normal(0, 4, drawn().shape), 0, 255).astype(np.uint8)
+    other = drawn()
+    other[100:300] = np.roll(drawn(), 40, axis=1)[100:300]
+    one, two, anew = (
+        filled_sheet(Scan(image, DPI, name)) for image, name in ((drawn(), "a.jpg"), (again, "b.jpg"), (other, "c.jpg"))
+    )
+    refuse_shown_twice([one, anew])
+    with pytest.raises(InputError, match=r"b\.jpg shows the same sheet as a\.jpg"):
+        refuse_shown_twice([one, anew, two])
+
+
+def test_pale_strokes_out_of_focus_stay_whole_where_they_cross_a_rule(sheet):
+    printed, written, bare = drawn(ink=False) / 255, drawn(words=False) / 255, drawn(words=False, ink=False) / 255
+    pale = bare * (written / bare) ** 0.3
+    both, want = (cv2.GaussianBlur(layer, (0, 0), 2.5) for layer in (printed * pale / bare, pale))
+    filled = filled_sheet(Scan(np.rint(255 * both).astype(np.uint8), DPI, "sheet.png"))
+    taken, wanted = (1 - red / red.max() for red in (filled.scan.rgb[245:275, :, 0] / 255, want[245:275, :, 0]))
+    inked = wanted > 0.1
+    assert inked.sum() > 500
+    assert (taken[inked] > 0.6 * wanted[inked]).mean() > 0.97
+
+
+def test_a_red_pen_is_refused(sheet):
+    red = drawn()
+    red[np.all(red == INK, axis=2)] = (215, 40, 50)
+    with pytest.raises(InputError, match=r"sheet\.png: its writing has the colour of the print.*--plain"):
+        filled_sheet(Scan(red, DPI, "sheet.png"))
