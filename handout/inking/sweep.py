@@ -17,7 +17,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from itertools import pairwise
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -27,12 +27,10 @@ from handout.hand.scanned import ScannedHand, ScannedPage
 from handout.inking.source import source_of
 from handout.inking.swatches import clear, letter_vertices
 from handout.inking.warping import nearest_points
+from handout.libraries import spatial
 from handout.motion.timing import arc_length
 from handout.peaks import peaks
 from handout.values import Array, Indices
-
-if TYPE_CHECKING:
-    from scipy.spatial import cKDTree
 
 _Pixels = NDArray[np.float32]
 
@@ -108,11 +106,9 @@ class Stock:
         return np.flatnonzero(self.free)
 
     @cached_property
-    def tree(self) -> cKDTree:
+    def tree(self) -> spatial.cKDTree:
         """Of the features of those."""
-        from scipy.spatial import cKDTree
-
-        return cKDTree(self.features[self.places])
+        return spatial.cKDTree(self.features[self.places])
 
 
 @lru_cache(maxsize=2)

@@ -70,6 +70,7 @@ _ENOUGH = 200  # pixels from which the colour of print, or of ink, is known
 # others .24
 _EMPTY, _FULL = 0.1, 0.9
 _SAME = 0.75  # cosine between the ink of two pictures from which they show one sheet: photographs have .94
+_NOTHING = 0.02  # mm² of ink a letter of full lines, below which a sheet is blank: pens and pencils leave 1.7 to 2.5
 _REDDISH = 0.5  # of the ink beside print, how much may have its colour: a red pen's has 1.5, blue, black and grey .006
 _MOST_DENSE = 4.0  # natural logarithm: darker is not told from black
 
@@ -347,6 +348,8 @@ def filled_sheet(scan: Scan | FilePicture) -> FilledSheet | None:
             "that is not red, or on sheets made with `handout hand prompt --plain`."
         )
     of_letter = inked / [len(line) for line in lines]
+    if np.quantile(of_letter, _FULL) * (25.4 / dpi) ** 2 < _NOTHING:
+        raise InputError(f"{scan.source}: nothing is written on the sheet.")
     empty = np.flatnonzero(of_letter < _EMPTY * np.quantile(of_letter, _FULL)).tolist()
     named = list_names([f"line {number + 1} (“{lines[number]}”)" for number in empty])
     notes = [f"{scan.source}: nothing is written on {named} of the sheet; left out of its text."] if empty else []

@@ -118,3 +118,8 @@ def test_a_red_pen_is_refused(sheet):
     red[np.all(red == INK, axis=2)] = (215, 40, 50)
     with pytest.raises(InputError, match=r"sheet\.png: its writing has the colour of the print.*--plain"):
         filled_sheet(Scan(red, DPI, "sheet.png"))
+
+
+def test_a_blank_sheet_is_refused(sheet):
+    with pytest.raises(InputError, match="nothing is written on the sheet"):
+        filled_sheet(Scan(drawn(ink=False), DPI, "sheet.png"))

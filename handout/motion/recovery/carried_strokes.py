@@ -17,6 +17,7 @@ import numpy as np
 
 from handout.branching import branches
 from handout.hand.page_editor import vertices_along
+from handout.libraries import spatial
 from handout.motion.recovery.letter_forms import frame_of
 from handout.motion.recovery.network import WEIGHTS
 from handout.values import Array, Indices, LineGraph
@@ -80,30 +81,26 @@ def _size(places: Array) -> float:
 
 def _lay_over(ink: Array, over: Array) -> tuple[Array, float]:
     """(3, 2): the affine map of places (x, y, 1) that lays ink over other ink, and how far apart they are then."""
-    from scipy.spatial import cKDTree
-
     middles, size = (ink.mean(axis=0), over.mean(axis=0)), _size(over)
     turned = np.linalg.inv(frame_of(ink - middles[0])).T @ frame_of(over - middles[1]).T
     matrix = np.vstack([turned, middles[1] - middles[0] @ turned])
-    places, tree = np.column_stack([ink, np.ones(len(ink))]), cKDTree(over)
+    places, tree = np.column_stack([ink, np.ones(len(ink))]), spatial.cKDTree(over)
     for _ in range(_SETTINGS.rounds):
-        (there, nearest), (back, ours) = tree.query(places @ matrix), cKDTree(places @ matrix).query(over)
+        (there, nearest), (back, ours) = tree.query(places @ matrix), spatial.cKDTree(places @ matrix).query(over)
         weight = np.exp(-0.5 * (np.concatenate([there, back]) / (_SETTINGS.reach * size)) ** 2)[:, None]
         matrix = np.linalg.lstsq(
             np.concatenate([places, places[ours]]) * weight, np.concatenate([over[nearest], over]) * weight, rcond=None
         )[0]
-    there, back = tree.query(places @ matrix)[0], cKDTree(places @ matrix).query(over)[0]
+    there, back = tree.query(places @ matrix)[0], spatial.cKDTree(places @ matrix).query(over)[0]
     return matrix, max(float(there.mean()), float(back.mean())) / size
 
 
 def _extend_strokes(graph: LineGraph, own: Indices, ways: Sequence[Indices], size: float) -> list[Indices] | None:
     """Extend strokes over the ink left out at their ends; None where they leave out more."""
-    from scipy.spatial import cKDTree
-
     uv, whole = graph.uv, [way for way in ways if len(way)]
     if not whole:
         return None
-    left = own[cKDTree(uv[np.concatenate(whole)]).query(uv[own])[0] > _SETTINGS.covered * size]
+    left = own[spatial.cKDTree(uv[np.concatenate(whole)]).query(uv[own])[0] > _SETTINGS.covered * size]
     for branch in branches(graph.edges_between(left), len(left)):
         path = left[branch]
         tips = [(i, end, tip) for i in range(len(whole)) for end in (0, -1) for tip in (0, -1)]

@@ -13,9 +13,8 @@ from itertools import groupby, pairwise
 from typing import TypeAlias
 
 import numpy as np
-from scipy.sparse import csr_array
-from scipy.sparse.csgraph import dijkstra
 
+from handout.libraries import csgraph, sparse
 from handout.motion.recovery.ink_gaps import endpoint_of, gap_bridges, log_odds, prior_log_odds
 from handout.motion.recovery.network import as_complex
 from handout.motion.recovery.stroke_order import StrokeOrderModel, outwards
@@ -215,14 +214,14 @@ class WordInk:
         over = gap_bridges(place, radius[self._vertex_of], pairs, float(np.median(radius)), owner, joined_share)
         far = np.hypot(*(place[over[:, 0]] - place[over[:, 1]]).T)
         pairs, length = np.concatenate([pairs, over]), np.concatenate([length[distinct], _FAILED * far])
-        self._lengths = csr_array((length, (pairs[:, 0], pairs[:, 1])), shape=(count, count))
+        self._lengths = sparse.csr_array((length, (pairs[:, 0], pairs[:, 1])), shape=(count, count))
 
     def path_between(self, before: Part, after: Part, most: float) -> list[Part] | None:
         """The shortest way over ink from the end of one part to the start of another; None if longer than `most` mm."""
         here, there = self._node_at(before, -1), self._node_at(after, 0)
         if here == there:
             return []
-        far, back = dijkstra(self._lengths, directed=False, indices=there, limit=most, return_predecessors=True)
+        far, back = csgraph.dijkstra(self._lengths, directed=False, indices=there, limit=most, return_predecessors=True)
         if not np.isfinite(far[here]):
             return None
         nodes = []

@@ -14,8 +14,8 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import gaussian_filter1d
 
+from handout.libraries import ndimage
 from handout.motion import covariance
 from handout.motion.optimal_control import HOLD, targets_through
 from handout.motion.styles.style import Style
@@ -152,7 +152,7 @@ def widths(t: Array, xy: Array, style: Style, height: float, *, tapered: bool = 
         # bolder; a pen that comes to rest gives a little more, not a blob
         speed = np.maximum(speed / np.sqrt(np.mean(speed**2)), _REST)
         width = thin + (full - thin) * (brush.pace + _REST) / (brush.pace + speed)
-        width = gaussian_filter1d(width, _EVEN, mode="nearest")
+        width = ndimage.gaussian_filter1d(width, _EVEN, mode="nearest")
     elif brush.kind == "nib":
         # (n,) rad on the page: where the pen is going; at rest, where it last went or will go
         step = np.gradient(xy, axis=0)
@@ -163,7 +163,7 @@ def widths(t: Array, xy: Array, style: Style, height: float, *, tapered: bool = 
     elif brush.kind == "pointed":
         pull = np.clip(velocity[:, 1] / np.maximum(speed, 1e-9 * speed.max()), 0.0, 1.0)
         ease = np.minimum(1.0, speed / (0.3 * speed.max()))
-        width = gaussian_filter1d(thin + (full - thin) * pull**2 * ease, 2 * _EVEN, mode="nearest")
+        width = ndimage.gaussian_filter1d(thin + (full - thin) * pull**2 * ease, 2 * _EVEN, mode="nearest")
     else:
         width = np.full(len(t), full)
     if tapered and brush.taper * height > 0:  # thin at both ends

@@ -14,8 +14,8 @@ from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import gaussian_filter1d
 
+from handout.libraries import ndimage
 from handout.values import Array, Drawing, Indices
 
 _STEPS = 60  # samples in the height of a letter
@@ -110,7 +110,7 @@ def find(xy: Array, height: float) -> Motif:
     keep = np.concatenate([[True], away > 0])
     where = np.linspace(0.0, along[-1], count)
     even = np.column_stack([np.interp(where, along[keep], xy[keep, axis]) for axis in (0, 1)])
-    path = gaussian_filter1d(even, _SMOOTHED, axis=0, mode="nearest")
+    path = ndimage.gaussian_filter1d(even, _SMOOTHED, axis=0, mode="nearest")
     path[0], path[-1] = even[0], even[-1]
     path, closed = _close_ring(path, height)
     ring = closed and not _has_corner(path)
@@ -177,7 +177,7 @@ def _extremes(path: Array) -> Indices:
         piece = path[low : high + 1]
         if len(piece) < 5:
             continue
-        step = gaussian_filter1d(np.diff(piece, axis=0), 2.0, axis=0, mode="nearest")
+        step = ndimage.gaussian_filter1d(np.diff(piece, axis=0), 2.0, axis=0, mode="nearest")
         quarter = np.unwrap(np.arctan2(step[:, 1], step[:, 0])) / (np.pi / 2)
         extremes += [low + at for at in _crossings(quarter)]
     return np.array(extremes, dtype=np.intp)
