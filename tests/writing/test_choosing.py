@@ -195,6 +195,7 @@ def test_of_many_good_glyphs_others_are_offered_each_time(kept):
         intrinsic_cost=doubt,
         refused=np.zeros(300, dtype=bool),
         places=np.zeros(300, dtype=int),
+        even_price=np.zeros(300),
         of=lambda letter, place=None: np.arange(300),
     )
     pool = GlyphIndex.all_candidates(rich, "e", PLACES[0])
