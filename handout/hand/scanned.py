@@ -9,9 +9,10 @@ Source: seed 000, §5.1.3, §6.3.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -393,8 +394,8 @@ class ScannedHand:
         """(n, 2) line space: vertices (n,) of the pages of glyphs (n,), each on its glyph's line."""
         page, line = np.array([(glyph.page, glyph.line) for glyph in self.glyphs], dtype=np.intp).reshape(-1, 2).T
         place, page = np.empty((len(vertices), 2)), page[numbers]
-        for k, scan in enumerate(self.pages):
-            here = np.flatnonzero(page == k)
+        for k, here in runs(page):
+            scan = self.pages[k]
             place[here] = scan.to_line(line[numbers[here]], scan.graph.uv[vertices[here]])
         return place
 
@@ -446,6 +447,13 @@ class ScannedHand:
         in_core |= ~np.logical_or.reduceat(in_core, first)[of]
         weight = np.where(in_core, weight, 0.0)[:, None]
         return readonly(np.add.reduceat(weight * place, first) / np.add.reduceat(weight, first), len(size), 2)
+
+
+def runs(numbers: Indices) -> Iterator[tuple[int, slice]]:
+    """Each number, and where it stands one time after the other."""
+    first = np.flatnonzero(np.diff(numbers, prepend=-1)).tolist()
+    for begin, end in pairwise([*first, len(numbers)]):
+        yield int(numbers[begin]), slice(begin, end)
 
 
 def _check(number: int, glyph: ScannedGlyph, pages: tuple[ScannedPage, ...], glyphs: tuple[ScannedGlyph, ...]) -> None:

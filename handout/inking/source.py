@@ -21,7 +21,7 @@ from handout.writing.forms import square_distances
 _OWN = 0.8  # pixels within which a vertex of the page is the glyph's: less than the distance of two vertices
 _NEAR = 3.0  # pixels around a line, which lies along its page's, in which the page's is looked for
 
-_BAND, _WIDE = 64, 2.0**20  # pixels: height of the bands in which vertices are looked up, and more than any is wide
+_BAND = 64  # pixels: height of the bands in which vertices are looked up
 
 _Pixels = NDArray[np.float32]
 Box = tuple[int, int, int, int]
@@ -35,22 +35,13 @@ class InkSource:
         self.radius: Array = page.graph.radius / page.pixel
 
     @cached_property
-    def _neighbours(self) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-        """(n + 1,) where the neighbours of each vertex begin, and (2m,) the neighbours, by vertex."""
-        edges = self.page.graph.edges
-        both = np.concatenate([edges, edges[:, ::-1]])
-        both = both[np.argsort(both[:, 0], kind="stable")]
-        return np.searchsorted(both[:, 0], np.arange(len(self.radius) + 1)), both[:, 1]
-
-    @cached_property
-    def _by_band(self) -> tuple[NDArray[np.intp], NDArray[np.intp], Array]:
+    def _by_band(self) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.int16]]:
         """(n,) the vertices from left to right, (n,) their numbers there, band after band of the picture, and (n,) the
-        places of those."""
+        bands of those."""
         order = np.argsort(self.page.graph.uv[:, 0])
-        x, y = self.page.graph.uv[order].T
-        place = np.floor(y / _BAND) * _WIDE + x
-        number = np.argsort(place)
-        return order, number, place[number]
+        band = np.floor(self.page.graph.uv[order, 1] / _BAND).astype(np.int16)  # which are sorted at once
+        number = np.argsort(band, kind="stable")
+        return order, number, band[number]
 
     @cached_property
     def premultiplied_ink(self) -> NDArray[np.uint8]:
@@ -79,7 +70,7 @@ class InkSource:
         on_line = np.zeros(len(self.radius), dtype=bool)
         on_line[own] = True
         near = self.within((left, top, right - 1, bottom - 1))
-        first, neighbours = self._neighbours
+        neighbours, first = self.page.graph.neighbour_lists
         mine = np.flatnonzero(on_line)
         count = first[mine + 1] - first[mine]
         position = np.repeat(first[mine] - (np.cumsum(count) - count), count) + np.arange(count.sum())
@@ -88,12 +79,10 @@ class InkSource:
 
     def within(self, box: tuple[float, float, float, float]) -> NDArray[np.intp]:
         """Vertices (n,) inside a part of the picture (left, top, right, bottom), pixels."""
-        (order, number, place), (left, top, right, bottom) = self._by_band, box
-        bands = np.arange(np.floor(top / _BAND), np.floor(bottom / _BAND) + 1) * _WIDE
-        ends = zip(place.searchsorted(bands + left, side="right"), place.searchsorted(bands + right), strict=True)
-        near = order[np.sort(np.concatenate([number[begin:end] for begin, end in ends]))]
-        y = self.page.graph.uv[near, 1]
-        return np.asarray(near[(y > top) & (y < bottom)])
+        (order, number, band), (left, top, right, bottom) = self._by_band, box
+        near = number[slice(*band.searchsorted(np.floor([top / _BAND, bottom / _BAND + 1])))]
+        x, y = self.page.graph.uv[order[near]].T
+        return np.asarray(order[np.sort(near[(x > left) & (x < right) & (y > top) & (y < bottom)])])
 
 
 def own_vertices(inks: Sequence[Ink], sources: Mapping[int, InkSource]) -> list[tuple[Array, NDArray[np.intp]]]:

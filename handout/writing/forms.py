@@ -23,9 +23,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.branching import branches
+from handout.hand.learnt import learnt
 from handout.hand.letter_classes import DOTTED, LOWERCASE
 from handout.hand.measures import mean_x_height
-from handout.hand.scanned import NOBODY, ScannedHand
+from handout.hand.scanned import NOBODY, ScannedHand, runs
 from handout.peaks import peaks
 from handout.values import Array, Indices, readonly_indices
 
@@ -115,8 +116,9 @@ class ExtractedStrokes:
         into = sorted(((hand.glyphs[number].after, path) for number, path in out), key=itemgetter(0))
         gone = self._code_vertices([(i, path[1:]) for i, path in out] + [(i, path[:-1]) for i, path in into])
         ends = self._code_vertices([(i, path[:1]) for i, path in out] + [(i, path[-1:]) for i, path in into])
-        codes = np.sort(np.concatenate([self._owned[~_are_among(self._owned, np.sort(gone))], ends]))
-        # the distinct ones; `np.unique` hashes numbers, which takes ten times as long for these
+        kept = self._owned[~_are_among(self._owned, np.sort(gone, kind="stable"))]
+        # the distinct ones of what are mostly rising runs; `np.unique` hashes numbers, which takes ten times as long
+        codes = np.sort(np.concatenate([kept, ends]), kind="stable")
         self._codes = codes[np.diff(codes, prepend=-1) > 0]
         self.bodies = self._lines(self._codes, np.searchsorted(self._codes, np.arange(len(centre) + 1) * self._count))
         self.exits, self.entries = self._strokes(out, leaving=True), self._strokes(into, leaving=False)
@@ -173,12 +175,11 @@ class ExtractedStrokes:
     def _lines(self, codes: Indices, first: Indices) -> Lines:
         number, vertex = codes // self._count, codes % self._count
         row = np.array([glyph.line for glyph in self._hand.glyphs], dtype=np.intp)[number]
-        on = np.searchsorted(self._before, vertex, side="right") - 1
+        page = np.array([glyph.page for glyph in self._hand.glyphs], dtype=np.intp)[number]
         place, uv = np.empty((2, len(codes), 2))
         radius, density = np.empty((2, len(codes)))
-        for page, (scan, before) in enumerate(zip(self._hand.pages, self._before, strict=False)):
-            here = np.flatnonzero(on == page)
-            vertices = vertex[here] - before
+        for on, here in runs(page):
+            scan, vertices = self._hand.pages[on], vertex[here] - self._before[on]
             uv[here], density[here] = scan.graph.uv[vertices], scan.graph.density[vertices]
             place[here], radius[here] = scan.to_line(row[here], uv[here]), scan.graph.radius[vertices] / scan.pitch
         return Lines(first, place - self._centre[number], radius, density, uv)
@@ -191,6 +192,7 @@ def _are_among(codes: Indices, rising: Indices) -> NDArray[np.bool_]:
     return np.asarray(rising[np.minimum(np.searchsorted(rising, codes), len(rising) - 1)] == codes)
 
 
+VERSION = 1  # of what is kept of a hand; tests/hand/test_house_scanned.py says when to raise it
 _DOT = 0.5  # x-heights: no dot is longer, or so near to a letter that it is of it
 _OVER = 1.2  # x-heights over the baseline, where the dots of an i and the apostrophes of words are
 _UNDOTTED = LOWERCASE - DOTTED
@@ -202,6 +204,15 @@ def _undotted(hand: ScannedHand) -> list[Indices]:
     Of 5,500 glyphs of sixteen people (csafe, cvl) five have one, two of the three f of one of them among these.
     """
     kept = [glyph.vertices for glyph in hand.glyphs]
+    lost = learnt(hand, "lost dots", VERSION, None, lambda: _lost_dots(hand)).astype(np.intp).reshape(-1, 2)
+    for number in np.unique(lost[:, 0]).tolist():
+        kept[number] = np.setdiff1d(kept[number], lost[lost[:, 0] == number, 1])
+    return kept
+
+
+def _lost_dots(hand: ScannedHand) -> Array:
+    """(2 m,): the glyph and the vertex, m times, of dots that other letters have lost; see `_undotted`."""
+    lost = [np.zeros((0, 2))]
     pieces = [hand.pages[glyph.page].graph.components[glyph.vertices] for glyph in hand.glyphs]
     first, joined = np.cumsum([0, *map(len, pieces)])[:-1], np.concatenate([np.zeros(0, dtype=np.intp), *pieces])
     for number in np.flatnonzero(np.minimum.reduceat(joined, first) < np.maximum.reduceat(joined, first)).tolist():
@@ -216,8 +227,8 @@ def _undotted(hand: ScannedHand) -> list[Indices]:
             dot = piece_of == piece
             away = (np.sqrt(square_distances(uv[dot], uv[body])) - radius[dot][:, None] - radius[body]).min() / unit
             if away > _DOT and height[dot].min() > _OVER and np.ptp(uv[dot], axis=0).max() < _DOT * unit:
-                kept[number] = kept[number][~np.isin(kept[number], own[dot])]
-    return kept
+                lost.append(np.column_stack([np.full(dot.sum(), number), own[dot]]))
+    return np.concatenate(lost).ravel()
 
 
 _ARM = 8  # vertices on either side, whose directions are compared
@@ -486,7 +497,7 @@ def _extract_connectors(
     else:
         added = ExtractedStrokes(hand.added, ways(hand.added), hand.added.centres)
         strokes = _extract_connectors(hand.author)[1].extend(added)
-    entry, leave = tails(hand, strokes)
+    entry, leave = learnt(hand, "tails", VERSION, 2, lambda: tails(hand, strokes)).tolist()
     clear = _CLEAR / hand.pitch
     turn = _TURN * mean_x_height(hand)
     loose = (

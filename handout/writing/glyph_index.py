@@ -108,6 +108,7 @@ class ChoiceWeights:
 
 
 WEIGHTS = ChoiceWeights()
+VERSION = 1  # of what is kept of a hand; tests/hand/test_house_scanned.py says when to raise it
 _LEAST_READ = 0.05  # share of readings: a few words do not tell one in twenty from none
 
 
@@ -143,6 +144,10 @@ def blots(hand: ScannedHand) -> Array:
 
     It is the length of such line, x-heights, times the widths by which it is too wide.
     """
+    return learnt(hand, "blots", VERSION, len(hand.glyphs), lambda: _measure_blots(hand))
+
+
+def _measure_blots(hand: ScannedHand) -> Array:
     surplus = []
     for page in hand.pages:
         graph, count = page.graph, len(page.graph)
@@ -155,7 +160,7 @@ def blots(hand: ScannedHand) -> Array:
     for letter in hand.letters:
         numbers = hand.numbers_of_letter(letter)
         each[numbers] = np.maximum(each[numbers] - np.median(each[numbers]), 0.0)
-    return readonly(each, len(hand.glyphs))
+    return np.asarray(each)
 
 
 def better_lent(hand: ScannedHand, letter: str) -> bool:

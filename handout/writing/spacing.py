@@ -46,10 +46,11 @@ from handout.writing.joints import Joints
 from handout.writing.neighbours import Neighbours, neighbours
 from handout.writing.variation import Chances
 
-_HEIGHTS = np.arange(-0.48, 1.13, 0.04)  # over the baseline, line space
+_STEP = 0.04  # line space
+_HEIGHTS = np.arange(-0.48, 1.13, _STEP)  # over the baseline
 LETTERS, WORDS, MARKS = range(3)  # kinds of pairs: two letters of a word, across a space, with punctuation in a word
 _ZONE = (-0.1, 1.15)  # x-heights over the baseline: where readers see the gap between two words
-_SEEN = (0.04, 0.12, 0.0)  # ink within this much of a height counts there
+_SEEN = (_STEP, 3 * _STEP, 0.0)  # ink within this much of a height counts there: whole steps, see `_levels`
 
 
 Side = tuple[Array, Array, float, float]  # left and right, at every level and over all heights
@@ -99,7 +100,8 @@ def sides(forms: Forms, slant: float) -> Sides:
     alone, loose = (_outlines(forms, slant, *lines) for lines in (bodies, forms.wholes()))
     for kind, reach in enumerate(_SEEN):
         of, low, high, height = alone if kind == LETTERS else loose
-        left[kind], right[kind] = _levels(of, low, high, height, reach, len(forms))
+        if reach:
+            left[kind], right[kind] = _levels(of, low, high, height, round(reach / _STEP), len(forms))
         first = np.searchsorted(of, np.arange(len(forms)))
         edges[kind] = np.column_stack([np.minimum.reduceat(low, first), np.maximum.reduceat(high, first)])
         if kind == WORDS:
@@ -123,22 +125,22 @@ def nearness(first: Side, second: Side) -> float:
     return near if np.isfinite(near) else second[2] - first[3]
 
 
-def _levels(of: Indices, low: Array, high: Array, height: Array, reach: float, count: int) -> tuple[Array, Array]:
-    """(count, heights) twice: where the ink within `reach` of each height begins and ends, for each glyph.
+def _levels(of: Indices, low: Array, high: Array, height: Array, steps: int, count: int) -> tuple[Array, Array]:
+    """(count, heights) twice: where the ink within `steps` of each height begins and ends, for each glyph.
 
     Each vertex belongs to glyph `of` and has ink from `low` to `high` at `height`.
     """
-    left = np.full(count * len(_HEIGHTS), np.inf)
+    # from one height to the next is a band; so many of them below a height, and above it, are within reach
+    bands = len(_HEIGHTS) + 2 * steps - 1
+    left = np.full((count, bands), np.inf)
     right = -left
-    step = _HEIGHTS[1] - _HEIGHTS[0]
-    lowest = np.ceil((height - reach - _HEIGHTS[0]) / step).astype(np.intp) - 1
-    for more in range(int(2 * reach / step) + 3 if reach else 0):
-        at = np.clip(lowest + more, 0, len(_HEIGHTS) - 1)
-        near = np.flatnonzero(np.abs(height - _HEIGHTS[at]) < reach)
-        cell = of[near] * len(_HEIGHTS) + at[near]
-        np.minimum.at(left, cell, low[near])
-        np.maximum.at(right, cell, high[near])
-    return left.reshape(count, -1), right.reshape(count, -1)
+    band = np.floor((height - _HEIGHTS[0]) / _STEP).astype(np.intp) + steps
+    near = np.flatnonzero((band >= 0) & (band < bands))
+    cell = of[near] * bands + band[near]
+    np.minimum.at(left.ravel(), cell, low[near])
+    np.maximum.at(right.ravel(), cell, high[near])
+    parts = [slice(k, k + len(_HEIGHTS)) for k in range(2 * steps)]
+    return np.minimum.reduce([left[:, k] for k in parts]), np.maximum.reduce([right[:, k] for k in parts])
 
 
 def _outlines(forms: Forms, slant: float, of: Indices, xy: Array, radius: Array) -> tuple[Indices, Array, Array, Array]:

@@ -5,8 +5,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from handout.writing.forms import Forms
 from handout.writing.neighbours import neighbours
-from handout.writing.spacing import _WORD_SHARES, _sampled_gaps, _usual_gap, apart, kinds
+from handout.writing.spacing import _WORD_SHARES, WORDS, _sampled_gaps, _usual_gap, apart, kinds, side, sides
 from handout.writing.variation import Chances
 from tests.writing.lines_of_glyphs import gaps
 
@@ -161,3 +162,14 @@ def test_one_full_stop_far_off_is_no_end_of_what_is_usual():
     low, high = _usual_gap(clearances, 0.08)[2:]
     assert 0.2 <= low < 0.25 and 1.1 < high < 2.3
     assert _usual_gap(np.append(clearances, np.full(200, 0.5)), 0.08)[3] < 1.3, "of many the percentile tells"
+
+
+def test_the_sides_of_all_glyphs_are_those_of_each(small_hand):
+    forms, slant = Forms(small_hand), 0.1
+    together = sides(forms, slant)
+    for number in range(0, len(forms), 5):
+        xy, radius = forms[number].whole
+        upright = xy[:, 0] - slant * xy[:, 1]
+        alone = side((upright - radius, upright + radius, xy[:, 1] + forms.centre[number, 1]), WORDS)
+        assert (together.left[WORDS, number] == alone[0]).all() and (together.right[WORDS, number] == alone[1]).all()
+        assert tuple(together.edges[WORDS, number]) == alone[2:]
