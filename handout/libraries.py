@@ -22,14 +22,10 @@ if TYPE_CHECKING:
     from scipy.sparse import csgraph as csgraph
 else:
     _LAPACK = "scipy.linalg.lapack"
-    # SciPy copies all that numpy has when it loads; for that numpy loads these, which takes as long as SciPy itself
-    _COPIED = ("f2py", "ma", "testing")
 
     @cache
     def _load(name: str) -> Any:
         """A module; of LAPACK the bare extension: all of `scipy.linalg` takes a tenth of the time of a sentence."""
-        import numpy as np
-
         if name == _LAPACK:
             import scipy
 
@@ -37,14 +33,7 @@ else:
             if spec is not None and spec.loader is not None:
                 spec.loader.exec_module(module := module_from_spec(spec))
                 return module
-        held = [part for part in _COPIED if part not in vars(np)]
-        vars(np).update(dict.fromkeys(held))
-        try:
-            return import_module(name)
-        finally:
-            for part in held:
-                if vars(np)[part] is None:  # nobody asked for it by its full name
-                    delattr(np, part)
+        return import_module(name)
 
     class _Library:
         """A module that is loaded by the first of its names that is asked for."""

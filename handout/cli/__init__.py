@@ -49,10 +49,8 @@ _WITHOUT_DEFAULTS = {"config", "doctor", "completion", "man"}  # verbs that work
 _HELP = {"-h", "--help"}
 # what numpy's and scipy's libraries of linear algebra ask when they are loaded, and processes that are started inherit;
 # `one_thread` of handout/networks.py says why, and does the same for programs that call handout
-_OBJECTS = (
-    50_000  # new ones after which cycles are looked for; after 700, as Python does, it takes a twentieth of a page
-)
 _THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
+_OBJECTS = 50_000  # new ones, after which cycles are looked for: after Python's 700 it is a twentieth of a page's time
 
 
 class _Verbs(click.Group):

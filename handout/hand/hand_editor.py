@@ -114,8 +114,10 @@ class HandEditor:
             x, y = np.mean(np.array(within), axis=0)
             raise CorrectionError(f"no writing inside the polygon around ({x:g}, {y:g})")
         vertices = np.flatnonzero(inside)
-        for number in set(self._owner[vertices].tolist()) - {NOBODY}:
-            left = np.setdiff1d(self._glyph(number).vertices, vertices)
+        for number, glyph in self._on_this_page():
+            left = np.setdiff1d(glyph.vertices, vertices)
+            if len(left) == len(glyph.vertices):
+                continue
             if len(left):
                 self._glyphs[number] = replace(self._glyph(number), vertices=left, confirmed=False, kept_out=False)
             else:
@@ -176,8 +178,11 @@ class HandEditor:
         self._part(number)
         self._owner[glyph.vertices] = NOBODY
         self._glyphs[number] = None
+        for i, other in self._on_this_page():  # what was ink of both is that one's
+            self._owner[np.intersect1d(other.vertices, glyph.vertices)] = i
         self.removed.add((self._page, glyph.at))
-        self._scan = replace(self._scan, dismissed=np.union1d(self._scan.dismissed, glyph.vertices))
+        gone = glyph.vertices[self._owner[glyph.vertices] == NOBODY]
+        self._scan = replace(self._scan, dismissed=np.union1d(self._scan.dismissed, gone))
 
     def unlink(self, at: Spot) -> None:
         """Cut what leads from a letter to the next."""

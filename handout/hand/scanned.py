@@ -61,7 +61,8 @@ class ScannedGlyph:
     place : in its word: "start", "middle", "end" or "alone".
     page, line, word : numbers from 0: page of the hand, written line of the page, word of the page's transcript.
     at : index of its grapheme in the page's transcript, −1 for one that was named by hand.
-    vertices : (n,) int: its vertices in the page's graph, rising; with those of its halves of ligatures.
+    vertices : (n,) int: its vertices in the page's graph, rising; with those of its halves of ligatures.  Those where
+        a crossbar crosses the letter beside its own are of both.
     before, after : numbers of the glyphs beside it in its word, −1 for none.
     ligatures : the ways to the glyph `after`; several where more than one stroke leads there, none where the pen was
         lifted.

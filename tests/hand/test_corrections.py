@@ -369,6 +369,24 @@ def test_removed_ink_is_dismissed_until_it_is_named(small_hand):
     )
 
 
+def test_ink_of_two_letters_stays_with_the_one_that_is_left(small_hand):
+    """Where a crossbar crosses the letter beside it, its vertices are both letters'."""
+    e, v = word(small_hand, "even")[:2]
+    crossing = small_hand.glyphs[e].vertices[:3]
+    shared = replace(small_hand.glyphs[v], vertices=np.union1d(small_hand.glyphs[v].vertices, crossing))
+    both = replace(small_hand, glyphs=(*small_hand.glyphs[:v], shared, *small_hand.glyphs[v + 1 :]))
+    own = np.setdiff1d(small_hand.glyphs[v].vertices, crossing)
+    for gone, left in ((e, v), (v, e)):
+        hand = strictly(both, Remove(page=0, at=at(small_hand, gone)))
+        (kept,) = (g for g in hand.glyphs if g.at == both.glyphs[left].at)
+        assert np.isin(crossing, kept.vertices).all() and not np.isin(crossing, hand.pages[0].dismissed).any()
+    one = strictly(both, Merge(page=0, at=at(small_hand, e), other=at(small_hand, v), text="e"))
+    assert np.array_equal(one.glyphs[e].vertices, np.union1d(small_hand.glyphs[e].vertices, own))
+    taken = apply(both, [Outline(page=0, within=box(small_hand, [e], by=0.5), text="o")])
+    (ring,) = (glyph for glyph in consistent(taken).glyphs if glyph.letter == "o" and glyph.confirmed)
+    assert np.isin(crossing, ring.vertices).all()
+
+
 def test_ink_is_painted_over_and_drawn(small_hand):
     page, v = small_hand.pages[0], word(small_hand, "even")[1]
     hand = strictly(small_hand, Paint(page=0, to="paper", polygon=box(small_hand, [v], 4.0)))
