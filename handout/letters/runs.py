@@ -191,6 +191,7 @@ class WriterOptions:
     fallback: bool = False
     slips: float = 0.0
     rewrites: Rewrites = NO_REWRITES
+    ruled: bool = False
 
 
 def write_runs(
@@ -205,7 +206,7 @@ def write_runs(
     rng = np.random.default_rng(seed)
     slip_stream = rng.spawn(1)[0] if options.slips else None
     streams = (rng, rng.spawn(1)[0])
-    writer = handwriting(hand, streams, options.jitter, options.rewrites)
+    writer = handwriting(hand, streams, options.jitter, options.rewrites, ruled=options.ruled)
     own, ratio = runs.of_hand(name), options.x_height / options.usual
     if not own:
         return Writer(hand, writer, ratio, ())
@@ -218,7 +219,7 @@ def write_runs(
             for run, pieces in zip(own, parted, strict=True)
         ]
     choosers = [GlyphChooser(writer.stock, stream, min(options.jitter, 1.0)) for stream in streams]
-    key = ("letter", tuple(seed), options.jitter, options.rewrites, bool(options.slips))
+    key = ("letter", tuple(seed), options.jitter, options.rewrites, bool(options.slips), options.ruled)
     set_pieces = keep_setting(key, hand, writer, choosers, proofread, options.rewrites)
     words = [tuple(_words(set_pieces(pieces), run, ratio, spans)) for run, pieces in zip(own, parted, strict=True)]
     return Writer(hand, writer, ratio, tuple(words))

@@ -226,9 +226,9 @@ def _set_pages(task: LetterDocument, row: int | None) -> tuple[Mapping[str, Hand
     writers, first = {}, _first_places(runs, hands)
     for number, (name, hand) in enumerate(hands.items()):
         with _locate_errors(name, runs):
-            layout, own = main.layout, task.tasks[name].layout.x_height
+            layout, own, ruled = main.layout, task.tasks[name].layout.x_height, task.first.ruling is not None
             rewrites = Rewrites(tuple((at - first[name], times) for at, times in layout.rewritten))
-            options = WriterOptions(own, layout.x_height, layout.jitter, main.fallback, main.slips, rewrites)
+            options = WriterOptions(own, layout.x_height, layout.jitter, main.fallback, main.slips, rewrites, ruled)
             writers[name] = write_runs(runs, name, hand, options, [*key, number], readers[name])
     limit = main.pages or (1 if main.layout.fit else None)
     setting = LetterSetting(letter, runs, writers, task.first, task.following, _sizes(letter), limit)

@@ -17,7 +17,7 @@ LEAST_EDGES = 25  # left edges of a line
 _SLANTS = np.arange(-0.5, 1.5001, 0.05)
 _USUAL, _UNUSUAL = 0.2, 1.2  # slants of people
 _ROWS = 0.1  # mm between rows of left edges: at 600 dpi every row would only cost time
-SLOPE_SPREAD = 0.008  # deviation of a line's slope from those of its neighbours
+_SLOPED = 4.0  # pitches: shorter lines slope as their neighbours do; two words of 3.3 led theirs into the line above
 _UNDERLINE = 12.0  # mm: longer runs of ink are underlines
 
 
@@ -76,12 +76,8 @@ def _on_baseline(trace: tuple[float, float], feet: Array, x: Array, centre: floa
     foot = mode(depth[candidate], 0.04 * pitch) if candidate.any() else 0.2 * pitch
     on_line = candidate & (np.abs(depth - foot) < 0.3 * pitch)
     u, y = feet[on_line, 0] - middle, depth[on_line] - foot
-    long, medium = right - left > 8 * pitch and int(on_line.sum()) > LEAST_EDGES, right - left > 2.5 * pitch
+    long, medium = right - left > 8 * pitch and int(on_line.sum()) > LEAST_EDGES, right - left > _SLOPED * pitch
     c0, c1, c2 = robust(u, y, 2 if long else (1 if medium else 0), 0.12 * pitch)
-    if medium and not long:  # the few feet of a short line say less of its slope than the lines around it do
-        ours = float(np.square(u - u.mean()).sum()) / (0.12 * pitch) ** 2
-        less = c1 / (1 + ours * SLOPE_SPREAD**2)
-        c0, c1 = c0 + less * float(u.mean()), c1 - less
     return LineBaseline((level + foot + slope * (middle - centre) + c0, slope + c1, c2), left, right)
 
 

@@ -20,7 +20,6 @@ from handout.libraries import cv2, ndimage
 from handout.peaks import peaks
 from handout.scanning.baselines import (
     LEAST_EDGES,
-    SLOPE_SPREAD,
     LineBaseline,
     find_stroke_extremes,
     mode,
@@ -191,7 +190,7 @@ def _traces(
     """
     around = np.full(len(middles), slope)
     free, traces = _FREE, [(middle, slope) for middle in middles]
-    for spread in (np.inf, SLOPE_SPREAD, SLOPE_SPREAD):
+    for spread in (np.inf, 0.008, 0.008):
         traces = []
         for middle, near in zip(middles, around, strict=True):
             inside = np.abs(levels - middle) < 0.7 * pitch

@@ -91,12 +91,13 @@ def each_page(
     slip_stream = rng.spawn(1)[0] if slips else None
     streams = (rng, rng.spawn(1)[0])
     rewrites = Rewrites(layout.rewritten)
-    writer = handwriting(hand, streams, layout.jitter, rewrites)
+    writer = handwriting(hand, streams, layout.jitter, rewrites, ruled=layout.ruling is not None)
     paragraphs: Iterable[Sequence[Piece]] = paragraphs_of(text, writer.repertoire, fallback=fallback)
     if slip_stream is not None:
         paragraphs = slip(paragraphs, slips, slip_stream)
     choosers = [GlyphChooser(writer.stock, stream, min(layout.jitter, 1.0)) for stream in streams]
-    key = () if isinstance(seed, np.random.Generator) else (tuple(seed), layout.jitter, rewrites, bool(slips))
+    how = (layout.jitter, rewrites, bool(slips), layout.ruling is not None)
+    key = () if isinstance(seed, np.random.Generator) else (tuple(seed), *how)
     set_pieces = keep_setting(key, hand, writer, choosers, proofread, rewrites)
     words = (set_pieces(pieces) for pieces in paragraphs)
     layout, rows = rows_on_pages(words, writer.pitch, layout, pages)
@@ -122,7 +123,7 @@ def each_part(
     rng = np.random.default_rng(seed)
     streams = (rng, rng.spawn(1)[0])
     jitter = max(layout.jitter for layout in layouts)
-    writer = handwriting(hand, streams, jitter)
+    writer = handwriting(hand, streams, jitter, ruled=any(layout.ruling for layout in layouts))
     choosers = [GlyphChooser(writer.stock, stream, min(jitter, 1.0)) for stream in streams]
     counts = [len(paragraphs_of(text, writer.repertoire, fallback=fallback)) for text in texts]
     paragraphs = paragraphs_of("\n".join(texts), writer.repertoire, fallback=fallback)
@@ -218,10 +219,11 @@ def handwriting(
     streams: Sequence[np.random.Generator],
     jitter: float,
     rewrites: Rewrites = NO_REWRITES,
+    ruled: bool = False,
 ) -> Handwriting[Any]:
-    """How a hand writes: nothing behind this asks which kind it is."""
+    """How a hand writes, on rules or not: nothing behind this asks which kind it is."""
     if hand.pages is None:
-        return DrawnHandwriting(hand, streams, jitter, rewrites)
+        return DrawnHandwriting(hand, streams, jitter, rewrites, ruled)
     from handout.writing.scanned_words import ScannedHandwriting
 
     return ScannedHandwriting(hand, streams[0].spawn(1)[0], jitter)  # choosing goes on as if nothing were set

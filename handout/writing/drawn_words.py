@@ -17,9 +17,9 @@ from handout.hand.drawn import Hand
 from handout.hand.letter_classes import CROSSED
 from handout.values import Array, Glyph, Placed
 from handout.writing import variation as varying
-from handout.writing.choosing import NO_REWRITES, Choice, Rewrites, word_stream
+from handout.writing.choosing import Choice, Rewrites, word_stream
 from handout.writing.drawn_forms import accent_glyph, drawn_forms
-from handout.writing.layout import USUAL_BASELINES
+from handout.writing.layout import USUAL_BASELINES, BaselineModel, on_rules
 from handout.writing.pages import ToPage, Unit, Word, wide_gap
 from handout.writing.text import Letter, spelt
 from handout.writing.variation import USUAL, Drift, Variation, warp
@@ -219,9 +219,11 @@ class PlannedGlyph:
 class WordWriter:
     """Writes the words of one text, one after the other; slant drifts from word to word, size and height by letters."""
 
-    def __init__(self, hand: Hand, rng: np.random.Generator, jitter: float) -> None:
+    def __init__(
+        self, hand: Hand, rng: np.random.Generator, jitter: float, lying: BaselineModel = USUAL_BASELINES
+    ) -> None:
         self._hand, self.seeds = hand, rng.integers(2**63, size=(2, 2)).tolist()
-        self._vary: Variation = varying.USUAL.scale_by(jitter * hand.variation)
+        self._vary: Variation = replace(USUAL, line_rise=lying.line_rise).scale_by(jitter * hand.variation)
         self._slant = Drift(self._vary.slant, varying.SLANT_MEMORY, rng)
         self._slow_slant = Drift(self._vary.slow_slant, varying.SLOW_MEMORY, rng)
         self._slow_breadth = Drift(self._vary.slow_breadth, varying.SLOW_MEMORY, rng)
@@ -334,15 +336,15 @@ class DrawnHandwriting:
     """Writes one text in a drawn hand, word by word on demand, independently of the lines.
 
     streams : the generators of the text, and of what in it is struck out: all else stays as it is without.
-    jitter : scale of all variation; rewrites : words that are written again.
+    jitter : scale of all variation; rewrites : words that are written again; ruled : on rules, which letters keep to.
     """
 
     def __init__(
-        self, hand: Hand, streams: Sequence[np.random.Generator], jitter: float, rewrites: Rewrites = NO_REWRITES
+        self, hand: Hand, streams: Sequence[np.random.Generator], jitter: float, rewrites: Rewrites, ruled: bool
     ) -> None:
         self._hand, self._jitter, self._rewrites = hand, jitter, rewrites
-        self.writers: Sequence[WordWriter] = [WordWriter(hand, rng, jitter) for rng in streams]
-        self.baseline_model, self.stock = USUAL_BASELINES, drawn_forms(hand)
+        self.baseline_model, self.stock = on_rules(USUAL_BASELINES) if ruled else USUAL_BASELINES, drawn_forms(hand)
+        self.writers = [WordWriter(hand, rng, jitter, self.baseline_model) for rng in streams]
         self.name, self.pitch, self.space, self.repertoire = hand.name, hand.pitch, hand.word_space, hand.repertoire
 
     def wander(self, key: Sequence[int]) -> Wander:

@@ -10,8 +10,7 @@ import numpy as np
 from handout.hand.drawn import Hand
 from handout.values import Array, Glyph, Line, Manuscript, Page, Placed
 from handout.writing.choosing import GlyphChooser, choices
-from handout.writing.compose import compose
-from handout.writing.drawn_words import DrawnHandwriting
+from handout.writing.compose import compose, handwriting
 from handout.writing.layout import Layout
 from handout.writing.text import paragraphs_of
 
@@ -50,16 +49,16 @@ def forms(glyphs: Sequence[Glyph]) -> tuple[Glyph, ...]:
 
 def single_letter(letter: str, hand: Hand, rng: np.random.Generator, x_height: float) -> Manuscript:
     """One letter alone as the hand writes it, on a level baseline; `x_height` in mm."""
-    handwriting = DrawnHandwriting(hand, (rng, rng), 1.0)
-    pieces = paragraphs_of(letter, handwriting.repertoire)
-    (words,) = choices(pieces, [GlyphChooser(handwriting.stock, rng)])
-    (unit,) = handwriting.set_paragraph(words)
+    writer = handwriting(hand, (rng, rng), 1.0)
+    pieces = paragraphs_of(letter, writer.repertoire)
+    (words,) = choices(pieces, [GlyphChooser(writer.stock, rng)])
+    (unit,) = writer.set_paragraph(words)
     side = 10 * x_height  # room on all sides
 
     def to_page(points: Array) -> Array:
         return np.column_stack([points[:, 0] + side, side - points[:, 1]])
 
-    placed = tuple(handwriting.place([unit.word], [0.0], x_height, to_page))
+    placed = tuple(writer.place([unit.word], [0.0], x_height, to_page))
     return Manuscript((Line(letter, placed, side),), Page(2 * side, 2 * side), x_height, {"hand": hand.name})
 
 

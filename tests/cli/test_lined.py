@@ -15,8 +15,9 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "scanning"))
 from sheets import kinds, on_a_desk, photographed, printed, scanned, sheet
 
 TEXT = "nun mum nun mum mun\n" * 5  # nothing below the line
-# mm that a line of one seed stands off its rule at most, of 24 seeds, with letters of 2.7 mm; which rule it is is seen
-OFF = 1.4
+# mm that a line stands off its rule at most: on 19 of 20 of 63 people's pages (docs/bibliography.md, Copiste d'un jour)
+# the one furthest off stands .75 from where its writer's usually do; of 24 seeds .68, with letters of 2.7 mm
+OFF = 0.75
 
 
 def feet(path):
@@ -50,9 +51,10 @@ def test_rules_are_kept_to_on_the_whole(call):
         facts, _ = write(call, "--paper", "ruled:8mm", seed=seed)
         heights = [np.median(line[:, 1]) for line in feet("a.json")]
         off.append(np.subtract(heights, facts["paper"]["first_mm"] + 8 * np.arange(5)))
-    # of 24 seeds half of the lines are within 0.34 mm, and their mean is 0.1: feet of letters reach below their line
-    assert np.median(np.abs(off)) < 0.6 and abs(np.mean(off)) < 0.5 and np.abs(off).max() < OFF
-    assert abs(np.diff(off, axis=1).mean()) < 0.3
+    # of 24 seeds half of the lines are within 0.2 mm, and their mean is 0.1: feet of letters reach below their line; on
+    # half of people's pages letters are within .25 mm
+    assert np.median(np.abs(off)) < 0.25 and abs(np.mean(off)) < 0.2 and np.abs(off).max() < OFF
+    assert abs(np.diff(off, axis=1).mean()) < 0.1
 
 
 def test_the_first_rule_of_a_real_sheet_can_be_given(call):

@@ -4,8 +4,8 @@ import numpy as np
 
 from handout.writing import joining
 from handout.writing.choosing import GlyphChooser, choices
+from handout.writing.compose import handwriting
 from handout.writing.drawn_forms import DrawnForms
-from handout.writing.drawn_words import DrawnHandwriting
 from handout.writing.variation import Chances
 
 
@@ -23,9 +23,9 @@ class Forms:
 def drawn_units(hand, paragraph, seed):
     """The units of one paragraph of pieces."""
     streams = np.random.default_rng(seed), np.random.default_rng(seed + 1)
-    handwriting = DrawnHandwriting(hand, streams, 1.0)
-    (words,) = choices([paragraph], [GlyphChooser(handwriting.stock, rng) for rng in streams])
-    return list(handwriting.set_paragraph(words))
+    writer = handwriting(hand, streams, 1.0)
+    (words,) = choices([paragraph], [GlyphChooser(writer.stock, rng) for rng in streams])
+    return list(writer.set_paragraph(words))
 
 
 def gaps(model, numbers, new_word, rng, variation=1.0):
