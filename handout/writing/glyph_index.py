@@ -70,8 +70,8 @@ class ChoiceWeights:
     broken: float = 3.0  # without a body
     # each share beyond its own that a glyph has of what is written of its letter (`evenness`).  With 1.5, and 10 for
     # misreading instead of 7, glyphs that are written in 1300 letters of csafe w0182 rise from 212 to 236, one comes
-    # again within 60 letters in .20 instead of .24, and the hinge ratio falls from 1.56 to 1.49 and from 1.22 to 1.09
-    # (cvl 0013 0012, eight and twelve pages)
+    # again within 60 letters in .20 instead of .24, and the hinge ratio falls from 1.63 to 1.48 and from 1.21 to 1.13
+    # (cvl 0013 0012, four pages each)
     often: float = 1.5
     # of a glyph for a letter
     elsewhere: float = 0.5  # from another place in its word
