@@ -62,9 +62,8 @@ _MOST_RED = 0.72  # of the paper's: darker than that is ink, on print or beside 
 _LEAST_PAPER = 0.9  # of the paper's light: what has less is not taken as paper to fill with
 _OVER_PRINT = 0.3  # mm from what is seen of a printed word within which ink may lie over it: half a printed stem
 _BESIDE_PEN = 1.0  # mm from ink: print further away has none
-_UNLIKELY = (
-    6.0  # median deviations of what print alone seems to have of ink: a normal variable is above this once in 40,000
-)
+# median deviations of what print alone seems to have of ink: a normal variable is above this once in 40,000
+_UNLIKELY = 6.0
 _ENOUGH = 200  # pixels from which the colour of print, or of ink, is known
 # ink a letter below which a line of a sheet is empty, of that of full lines, a quantile; empty ones have .01 of it,
 # others .24
