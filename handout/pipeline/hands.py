@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from handout import atomic
+from handout import atomic, units
 from handout.errors import InputError
 from handout.hand import file, library, report, svg_font
 from handout.hand.boundaries import mend_boundaries
@@ -57,7 +57,8 @@ def _deliver_hand(
         told_how = "Look at them with `handout hand check`, or read another page."
         notes = (*notes, f"Strangers mostly take for other letters: {', '.join(unclear)}. {told_how}")
     if moved:
-        notes = (f"Ink that reads better with the letter beside, or with none, went there: {moved} pieces.", *notes)
+        said = f"Ink that reads better with the letter beside, or with none, went there: {units.count(moved, 'piece')}."
+        notes = (said, *notes)
     return ReadHand(seed=seed, files=files, told=told, hand=hand, pages=pages, notes=notes, moved=moved)
 
 
