@@ -9,9 +9,9 @@ fell before, and all other words stay as they are.
 A chance belongs to a glyph, a letter and a word, told by the word before it (`Choice.key`), and not to how many glyphs
 there are: where a glyph is taken away, or a word comes in, few words are written otherwise.  Memory is short for that,
 too, since each word that changes changes what comes after it, and how often glyphs are written is evened out by prices
-that no text changes (`evenness`).  In hands of one page (csafe w0182 w0277, cvl 0027) a new word has 15 to 18 of 100
-behind it written otherwise, and a glyph less, which 6 had, 16 to 21; with chances of as many as there are, and a memory
-of 400 letters and of all times, 58 to 72, and 62 to 69.
+that no text changes (`glyph_prices`).  In hands of one page (csafe w0182 w0277, cvl 0027) a new word has 15 to 18 of
+100 behind it written otherwise, and a glyph less, which 6 had, 16 to 21; with chances of as many as there are, and a
+memory of 400 letters and of all times, 58 to 72, and 62 to 69.
 
 Source: seed 000, §6.2 (perturb-and-MAP; the cost of writing a glyph again is this project's); common random numbers.
 """

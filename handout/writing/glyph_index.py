@@ -38,7 +38,7 @@ from handout.hand.places import PLACES, Place, places
 from handout.hand.scanned import NOBODY, ScannedHand
 from handout.hand.vetting import SURE, vet
 from handout.values import Array, Indices, readonly, readonly_indices
-from handout.writing import evenness
+from handout.writing import glyph_prices
 from handout.writing.choosing import Candidates, fading_cost, glyph_chances
 from handout.writing.forms import spread_evenly, ways
 from handout.writing.legibility import made_words, misreadings, prefer_legible
@@ -68,7 +68,7 @@ class ChoiceWeights:
     legible: float = 30.0
     blot: float = 20.0  # times its `blots`
     broken: float = 3.0  # without a body
-    # each share beyond its own that a glyph has of what is written of its letter (`evenness`).  With 1.5, and 10 for
+    # each share beyond its own that a glyph has of what is written of its letter (`glyph_prices`); with 1.5, and 10 of
     # misreading instead of 7, glyphs that are written in 1300 letters of csafe w0182 rise from 212 to 236, one comes
     # again within 60 letters in .20 instead of .24, and the hinge ratio falls from 1.63 to 1.48 and from 1.21 to 1.13
     # (cvl 0013 0012, four pages each)
@@ -316,7 +316,7 @@ class GlyphIndex:
     leaving, entered : (n,) float, 0–1: how often its letter is joined to the one after, and to the one before.
     intrinsic_cost : (n,) float: 0 for a sure one with a body.
     refused : (n,) bool: not to be written while another stands.
-    even_price : (n,) float: what evens out how often each is written, see `evenness`.
+    even_price : (n,) float: what evens out how often each is written, see `glyph_prices`.
     """
 
     hand: ScannedHand
@@ -454,18 +454,18 @@ def _even_prices(index: GlyphIndex) -> Array:
         # those too that are not to be written: else each would change what all others cost
         out = np.array([glyph.kept_out for glyph in hand.glyphs], dtype=bool)
         named = replace(index, letters=tuple(g.letter for g in hand.glyphs), refused=index.refused & ~out)
-        return evenness.even_prices(
+        return glyph_prices.even_prices(
             _likely_words(named), named.letters, named.intrinsic_cost, WEIGHTS.often, WEIGHTS.noise
         ).round(3)
 
-    known = learnt(hand.author or hand, "even prices", evenness.VERSION, hand.own_count, work_out)
+    known = learnt(hand.author or hand, "even prices", glyph_prices.VERSION, hand.own_count, work_out)
     prices[: hand.own_count] = (1 - hand.legible) * known
     return prices
 
 
-def _likely_words(index: GlyphIndex) -> list[evenness.Word]:
+def _likely_words(index: GlyphIndex) -> list[glyph_prices.Word]:
     """Words that nobody wrote, of letters as the hand's pages have them."""
-    found = list[evenness.Word]()
+    found = list[glyph_prices.Word]()
     for made in islice(made_words(index.hand, np.random.default_rng(0)), _WORDS_TRIED):
         spelling = [index.letters[number] for number in made]
         each = [index.all_candidates(*target) for target in zip(spelling, places(spelling), strict=True)]

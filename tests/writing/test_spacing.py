@@ -157,7 +157,7 @@ def test_few_marks_are_no_rule():
 
 
 def test_one_full_stop_far_off_is_no_end_of_what_is_usual():
-    """Of 60 marks one stood 53 x-heights off, and full stops were written 4 x-heights behind their words."""
+    """Of a page's 61 marks one stood 53 x-heights off, and full stops were written up to 4 behind their words."""
     clearances = np.append(np.linspace(0.2, 1.2, 59), 53.0)
     low, high = _usual_gap(clearances, 0.08)[2:]
     assert 0.2 <= low < 0.25 and 1.1 < high < 2.3

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from handout.writing.choosing import GlyphChooser
-from handout.writing.evenness import expected_use
 from handout.writing.glyph_index import WEIGHTS, index_glyphs
+from handout.writing.glyph_prices import expected_use
 from handout.writing.text import Letter
 
 WORDS = ("ten hen men the tin net eat then fine line seen often tent hat mat in mine an inn teen " * 6).split()
