@@ -144,7 +144,8 @@ def test_columns_as_the_user_says(tmp_path):
     twice = "Name;Straße;Ort;Ort\nAda;Weg 1;Ulm;x\n"
     with pytest.raises(InputError, match='such as --columns "none=4"'):
         read(tmp_path, twice)
-    assert lines_of(read(tmp_path, twice, columns=["none=4"])) == [("Ada", "Weg 1", "Ulm")]
+    for text in (twice, f"Gästeliste;;;\n;;;\n{twice}"):
+        assert lines_of(read(tmp_path, text, columns=["none=4"])) == [("Ada", "Weg 1", "Ulm")]
     for wrong, words in (("name=Who", "no column 'Who'"), ("nmae=Wer", "did you mean name"), ("Wer", "does not say")):
         with pytest.raises(InputError, match=words):
             read(tmp_path, text, columns=[wrong])
