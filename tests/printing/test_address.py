@@ -81,7 +81,9 @@ def test_a_block_gets_the_name_and_country_it_lacks():
     ],
 )  # fmt: skip
 def test_zeros_that_a_spreadsheet_dropped(country, code, words):
-    _, warnings, _ = address.lines({"name": ["A"], "street": ["B"], "city": ["C"], "postcode": [code], "country": [country]})
+    _, warnings, _ = address.lines(
+        {"name": ["A"], "street": ["B"], "city": ["C"], "postcode": [code], "country": [country]}
+    )
     assert len(warnings) == 1 and words in warnings[0] and code in warnings[0]
 
 
