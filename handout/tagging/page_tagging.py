@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from handout import units
 from handout.alphabet import JUNK, fold, resemble
 from handout.errors import InputError
-from handout.hand.measures import contradicted_cases, outsized_letters, reaching_lines
+from handout.hand.measures import contradicted_cases, lost_accents, outsized_letters, reaching_lines
 from handout.hand.page_editor import line_alone
 from handout.hand.places import graphemes, word_at
 from handout.hand.scanned import NOBODY, ScannedGlyph, ScannedHand, ScannedPage
@@ -101,11 +101,11 @@ def tag_page(
     glyphs, missing = extract_glyphs(page, alignment, *exchange_ink(page, alignment, letters))
     glyphs, cropped = doubt_cropped_glyphs(glyphs, written.graph, written.scan)
     alone = ScannedHand("", "", (page,), glyphs)
-    cases, reaching, outsized = (
+    cases, reaching, outsized, bare = (
         tuple(i for i in np.flatnonzero(find(alone)).tolist() if glyphs[i].line not in alignment.poor)
-        for find in (contradicted_cases, reaching_lines, outsized_letters)
+        for find in (contradicted_cases, reaching_lines, outsized_letters, lost_accents)
     )
-    odd = _odd_notes(page, glyphs, cases, reaching, sorted({*outsized} - {*cases, *reaching}))
+    odd = _odd_notes(page, glyphs, cases, reaching, sorted({*outsized} - {*cases, *reaching}), bare)
     told = [*told, *_notes(page, alignment, missing), *odd, *cropped]
     notes = (*written.notes, *told)
     fits = tuple((line.number, line.fit) for line in alignment.lines)
@@ -263,15 +263,17 @@ def _odd_notes(
     cases: Sequence[int],
     reaching: Sequence[int],
     outsized: Sequence[int],
+    bare: Sequence[int],
 ) -> list[str]:
-    """Sentences of letters whose size says that the transcript has the wrong case, of those on two lines, and of those
-    that are too high."""
+    """Sentences of letters whose size says that the transcript has the wrong case, of those on two lines, of those
+    that are too high, and of those without their accent."""
     text = graphemes(page.transcript)
     case = "by their size these are not of the case that the transcript has"
     said = (
         (cases, case, "Put it right where it is wrong, and read the page again"),
         (reaching, "these hold ink of the line above or below", "Give it back with `handout hand tag`"),
         (outsized, "these are far higher than others of their letter", "See whether one holds its neighbour's ink"),
+        (bare, "no accent was found over these", "See whether the page has one, and whose ink it is"),
     )
     notes = list[str]()
     for numbers, what, way in said:

@@ -23,6 +23,7 @@ from handout.writing.choosing import Choice, GlyphStock
 from handout.writing.kept_text import Resumable
 from handout.writing.layout import ASCENT, DESCENT, FOOT_ABOVE_RULE, BaselineModel, Layout, line_geometries, on_rules
 from handout.writing.slips import StrikeThrough
+from handout.writing.text import may_part
 
 if TYPE_CHECKING:
     from handout.mathematics.shapes import Wander
@@ -238,11 +239,22 @@ def wrap(paragraph: Iterable[Unit[G]], indent: float, room: float, squeeze: floa
     """Break a paragraph into rows of at most `room` x-heights; an empty one gives one empty row."""
     units: list[Unit[G]] = []
     for unit in paragraph:
-        if units and squeeze_gaps([*units, unit], room - indent, squeeze) is None:
-            yield _row(units, indent, room, squeeze)
-            units, indent = [], 0.0
         units.append(unit)
+        if len(units) > 1 and squeeze_gaps(units, room - indent, squeeze) is None:
+            end = _row_end(units, room, squeeze)
+            yield _row(units[:end], indent, room, squeeze)
+            units, indent = units[end:], 0.0
     yield _row(units, indent, room, squeeze)
+
+
+def _row_end(units: Sequence[Unit[G]], room: float, squeeze: float) -> int:
+    """How many of some units, of which the last finds no room, stay in the row: up to where a line may end."""
+    for end in range(len(units) - 1, 0, -1):
+        if squeeze_gaps(units[end:], room, squeeze) is None:
+            break
+        if may_part(units[end - 1].word.spelt, units[end].word.spelt):
+            return end
+    return len(units) - 1
 
 
 def _row(units: list[Unit[G]], indent: float, room: float, squeeze: float) -> UnitRow[G]:
