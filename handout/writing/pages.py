@@ -241,20 +241,12 @@ def wrap(paragraph: Iterable[Unit[G]], indent: float, room: float, squeeze: floa
     for unit in paragraph:
         units.append(unit)
         if len(units) > 1 and squeeze_gaps(units, room - indent, squeeze) is None:
-            end = _row_end(units, room, squeeze)
+            ends = range(len(units) - 1, 0, -1)
+            parts = (k for k in ends if may_part(units[k - 1].word.spelt, units[k].word.spelt))
+            end = next((k for k in parts if squeeze_gaps(units[k:], room, squeeze) is not None), ends[0])
             yield _row(units[:end], indent, room, squeeze)
             units, indent = units[end:], 0.0
     yield _row(units, indent, room, squeeze)
-
-
-def _row_end(units: Sequence[Unit[G]], room: float, squeeze: float) -> int:
-    """How many of some units, of which the last finds no room, stay in the row: up to where a line may end."""
-    for end in range(len(units) - 1, 0, -1):
-        if squeeze_gaps(units[end:], room, squeeze) is None:
-            break
-        if may_part(units[end - 1].word.spelt, units[end].word.spelt):
-            return end
-    return len(units) - 1
 
 
 def _row(units: list[Unit[G]], indent: float, room: float, squeeze: float) -> UnitRow[G]:
