@@ -47,14 +47,10 @@ def with_texts(name: str, drawing: Drawing, task: WritingTask) -> tuple[Drawing,
     if not strokes:
         raise InputError(f"{name}: there is nothing to draw. {' '.join(notes)}")
     drawing = replace(drawing, strokes=strokes, about=about, timed=drawing.timed or not drawing.strokes)
-    whole = _join_pages([manuscript for _, manuscript in written.values()], drawing.page)
-    return drawing, whole, tuple(notes)
-
-
-def _join_pages(manuscripts: Sequence[Manuscript], page: Page) -> Manuscript:
-    """All that was written, and what is told of it, as of one page."""
-    told = {name: [x for each in manuscripts for x in each.about.get(name, ())] for name in ("borrowed", "doubtful")}
-    return Manuscript(tuple(line for each in manuscripts for line in each.lines), page, 0.0, told)
+    each = [manuscript for _, manuscript in written.values()]
+    told = {name: [x for one in each for x in one.about.get(name, ())] for name in ("borrowed", "doubtful")}
+    lines = tuple(line for one in each for line in one.lines)
+    return drawing, Manuscript(lines, drawing.page, 0.0, told), tuple(notes)
 
 
 def _try_texts(

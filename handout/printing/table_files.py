@@ -11,7 +11,7 @@ import datetime
 import io
 import re
 import zipfile
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import chain
 from pathlib import Path
@@ -209,15 +209,10 @@ def _read_workbook(path: Path) -> TableSheet:
         (sheet, _sheet_records(path, sheet, formulas[sheet.title]))
         for sheet in [sheet for sheet in full if sheet.sheet_state == "visible"] or full[:1]
     )
-    sheet, records = _find_addressed(tables)
+    first = next(tables)
+    sheet, records = next((table for table in chain([first], tables) if _rate_records(table[1])[0] > 1), first)
     _, top, _, bottom = _table_area(sheet)
     return TableSheet(records, tuple(_workbook_notes(sheet, [other.title for other in full], range(top, bottom + 1))))
-
-
-def _find_addressed(tables: Iterator[tuple[Worksheet, list[TableRecord]]]) -> tuple[Worksheet, list[TableRecord]]:
-    """The first sheet of which several headers are understood, and its rows; the first of all where there is none."""
-    first = next(tables)
-    return next((table for table in chain([first], tables) if _rate_records(table[1])[0] > 1), first)
 
 
 def _sheet_records(path: Path, sheet: Worksheet, formulas: Worksheet) -> list[TableRecord]:

@@ -62,7 +62,11 @@ def from_unipen(data: bytes, include: Include | None = None) -> Drawing:
     _read_statements(data, state, include or (lambda name: None), 0)
     if not state.components and not state.segments:
         raise InputError("This is not UNIPEN: it has neither .PEN_DOWN nor .SEGMENT.")
-    parts = [(n, rows) for n in _drawn_components(state) for rows in _paper_rows(state, state.components[n][1])]
+    # of the pen down; of a file of labels, which uses part of the files it includes, what it labels
+    labelled = {component for segment in state.segments for component in segment.components}
+    down = [index for index, (is_down, _) in enumerate(state.components) if is_down]
+    drawn = [index for index in down if index in labelled] if labelled else down
+    parts = [(n, rows) for n in drawn for rows in _paper_rows(state, state.components[n][1])]
     # the segments that are words; where no words are marked, the texts
     levels = ([segment for segment in state.segments if segment.level == level] for level in ("WORD", "TEXT"))
     words = next(filter(None, levels), [])
@@ -98,7 +102,13 @@ def _read_statements(data: bytes, state: _UnipenState, include: Include, depth: 
                 raise InputError(f"The included file {wanted} is missing: put it beside this file, or into include/.")
             _read_statements(more, state, include, depth + 1)
         elif name in ("PEN_DOWN", "PEN_UP"):
-            samples = _samples(body, state, len(state.components))
+            width, number = len(state.coordinates), len(state.components)
+            rows = [line.split()[:width] for line in body.splitlines() if line.strip()]
+            try:
+                samples = np.array([[*map(float, row)] for row in rows], dtype=np.float64).reshape(-1, width)
+            except ValueError as error:
+                wrong = f"has a sample that is not {width} numbers"
+                raise InputError(f"Component {number} of this UNIPEN file {wrong}.") from error
             # an empty .PEN_UP only ends a movement; segments do not count it
             if name == "PEN_DOWN" or len(samples):
                 state.components.append((name == "PEN_DOWN", samples))
@@ -127,16 +137,6 @@ def _declare(name: str, body: str, state: _UnipenState) -> None:
             state.per_mm[match.group(1)] = value / 25.4 if match.group(2) == "INCH" else value
 
 
-def _samples(body: str, state: _UnipenState, number: int) -> Array:
-    """(n, channels): the numbers of a component."""
-    width = len(state.coordinates)
-    rows = [line.split() for line in body.splitlines() if line.strip()]
-    try:
-        return np.array([[float(value) for value in row[:width]] for row in rows], dtype=np.float64).reshape(-1, width)
-    except ValueError as error:
-        raise InputError(f"Component {number} of this UNIPEN file has a sample that is not {width} numbers.") from error
-
-
 def _segment(body: str, state: _UnipenState) -> None:
     match = _SEGMENT.match(" ".join(body.split()))
     if match is None:
@@ -148,13 +148,6 @@ def _segment(body: str, state: _UnipenState) -> None:
             numbers += range(ends[0], ends[-1] + 1)
     label = re.sub(r"\\(.)", r"\1", match.group(4))
     state.segments.append(_Segment(match.group(1), numbers, label))
-
-
-def _drawn_components(state: _UnipenState) -> list[int]:
-    """Components of the pen down; of a file of labels, which uses part of the files it includes, those it labels."""
-    down = [index for index, (is_down, _) in enumerate(state.components) if is_down]
-    labelled = {component for segment in state.segments for component in segment.components}
-    return [index for index in down if index in labelled] if labelled else down
 
 
 def _paper_rows(state: _UnipenState, values: Array) -> list[slice]:

@@ -245,19 +245,15 @@ def _with_crossbars(
     search = Ends(ends.entries, ends.exits)
     barred: list[Traversal] = []
     if not bar_chains and not line.own_bars and letter in CROSSED | CROSSED_ASLANT:
-        bar = find_crossbar(net, _bar_starts(net, ends, foreign), line.x_height, aslant=letter in CROSSED_ASLANT)
+        passed = {e >> 1 for chain in foreign for e in chain}
+        loose = (e for e in range(len(net.node)) if net.is_loose(e))
+        starts = [e for e in loose if e >> 1 not in passed and e not in ends.entries]
+        bar = find_crossbar(net, starts, line.x_height, aslant=letter in CROSSED_ASLANT)
         if bar:
             barred += _beside_bars(net, line.x_height, [*foreign, bar], search, weights, laid)
     if not barred:
         barred += _beside_bars(net, line.x_height, [*foreign, *bar_chains], search, weights, laid)
     return barred or beam_search(net, line.x_height, ends, weights=weights, most=_TRAVERSALS)
-
-
-def _bar_starts(net: BranchNetwork, ends: Ends, foreign: _Chains) -> list[int]:
-    """Loose ends where a letter's own crossbar may begin."""
-    passed = {e >> 1 for chain in foreign for e in chain}
-    loose = (e for e in range(len(net.node)) if net.is_loose(e))
-    return [e for e in loose if e >> 1 not in passed and e not in ends.entries]
 
 
 def _beside_bars(
