@@ -61,7 +61,16 @@ def _try_texts(
     for number, text in enumerate(texts):
         try:
             if text.text.strip():
-                layouts[number] = _layout(text, task)
+                # on a line of its own, its beginning at `_AROUND`, `_AROUND`, in mm of its page
+                x_height = min(_LARGEST, _LINE / task.hand.pitch) * text.size * _scale(text)
+                layouts[number] = Layout(
+                    Page(2 * _AROUND + 20 * x_height * len(text.text), 2 * _AROUND),
+                    (0.0, 0.0, 0.0, _AROUND),
+                    x_height,
+                    align="left",
+                    jitter=task.layout.jitter,
+                    ruling=Ruling(((_AROUND + FOOT_ABOVE_RULE, 0.0),)),
+                )
         except InputError as error:
             left[title(text.text)] = str(error).rstrip(".")
     try:
@@ -79,19 +88,6 @@ def _try_texts(
 def _scale(text: Text) -> float:
     """mm a px, on average of all directions."""
     return math.sqrt(abs(float(np.linalg.det(text.to_mm[:, :2]))))
-
-
-def _layout(text: Text, task: WritingTask) -> Layout:
-    """How a text is set on a line of its own, its beginning at `_AROUND`, `_AROUND`, in mm of its page."""
-    x_height = min(_LARGEST, _LINE / task.hand.pitch) * text.size * _scale(text)
-    return Layout(
-        Page(2 * _AROUND + 20 * x_height * len(text.text), 2 * _AROUND),
-        (0.0, 0.0, 0.0, _AROUND),
-        x_height,
-        align="left",
-        jitter=task.layout.jitter,
-        ruling=Ruling(((_AROUND + FOOT_ABOVE_RULE, 0.0),)),
-    )
 
 
 def _write_texts(

@@ -22,7 +22,6 @@ from handout.errors import TableError
 from handout.printing import address, columns, contacts
 
 if TYPE_CHECKING:
-    from openpyxl.cell import Cell, MergedCell
     from openpyxl.worksheet.worksheet import Worksheet
 
 # the first bytes of files that people give by mistake
@@ -226,19 +225,15 @@ def _sheet_records(path: Path, sheet: Worksheet, formulas: Worksheet) -> list[Ta
     records = [TableRecord([]) for _ in range(top - 1)]
     for row in range(top, bottom + 1):
         cells = [sheet.cell(merged.get((row, place), row), place) for place in range(left, right + 1)]
-        records.append(TableRecord.from_cells(_shown_cells(path, sheet, formulas, cells)))
+        # cells as they are shown; a formula has to have a result
+        for cell in cells:
+            if cell.value is None and formulas[cell.coordinate].data_type == "f":
+                raise TableError(
+                    f"{path}: cell {cell.coordinate} of {sheet.title!r} is a formula without a result: open the "
+                    "workbook in a spreadsheet program, save it, and try again."
+                )
+        records.append(TableRecord.from_cells([_shown_value(cell.value, cell.number_format) for cell in cells]))
     return records
-
-
-def _shown_cells(path: Path, sheet: Worksheet, formulas: Worksheet, cells: Sequence[Cell | MergedCell]) -> list[str]:
-    """Cells as they are shown; a formula has to have a result."""
-    for cell in cells:
-        if cell.value is None and formulas[cell.coordinate].data_type == "f":
-            raise TableError(
-                f"{path}: cell {cell.coordinate} of {sheet.title!r} is a formula without a result: open the "
-                "workbook in a spreadsheet program, save it, and try again."
-            )
-    return [_shown_value(cell.value, cell.number_format) for cell in cells]
 
 
 def _check_package(path: Path) -> None:

@@ -457,9 +457,9 @@ class HeightModel:
     def heights_of(self, numbers: Indices, new_word: NDArray[np.bool_], chances: Chances, variation: float) -> Array:
         """(n,): see `heights`."""
         joined: list[Array | None] = []  # what the ligatures from each glyph to the next say of the rise
-        for k in range(len(numbers) - 1):
-            first, second = self.forms[int(numbers[k])], self.forms[int(numbers[k + 1])]
-            pairs = () if new_word[k + 1] else matches(first, second)
+        for at in range(len(numbers) - 1):
+            first, second = self.forms[int(numbers[at])], self.forms[int(numbers[at + 1])]
+            pairs = () if new_word[at + 1] else matches(first, second)
             joined.append(rises(first, second, pairs) if pairs else None)
         free = self.marks[numbers].copy()
         for k in np.flatnonzero([said is not None for said in joined]):
