@@ -67,11 +67,7 @@ def _hand(root: Element, name: str) -> Hand:
         raise InputError("There is no <font> in it: a drawing is plotted, not written with; a font has glyphs.")
     face = font.find("font-face")
     facts: Mapping[str, str] = {} if face is None else face.attrib
-    # of every glyph that stands for one character, in units of the font
-    usual = _number(font.attrib, "horiz-adv-x", 0.0)
-    letters = {letter: glyph for glyph in font.findall("glyph") if len(letter := glyph.get("unicode", "")) == 1}
-    paths = {letter: _paths(glyph, letter) for letter, glyph in letters.items()}
-    advances = {letter: _number(glyph.attrib, "horiz-adv-x", usual) for letter, glyph in letters.items()}
+    paths, advances = _font_glyphs(font)
     drawn = {letter: lines for letter, lines in paths.items() if lines and not letter.isspace()}
     if not drawn:
         raise InputError("The font has no glyph of a letter with a path: there is nothing to write with.")
@@ -94,6 +90,14 @@ def _hand(root: Element, name: str) -> Hand:
         word_space=min(max(spaces[0] if spaces else 0.8 * width, 0.4), 3.0),
         pitch=min(max(1.1 * tall / unit, _PITCH[0]), _PITCH[1]),
     )
+
+
+def _font_glyphs(font: Element) -> tuple[dict[str, list[Array]], dict[str, float]]:
+    """The paths and the advance of every glyph that stands for one character, in units of the font."""
+    usual = _number(font.attrib, "horiz-adv-x", 0.0)
+    letters = {letter: glyph for glyph in font.findall("glyph") if len(letter := glyph.get("unicode", "")) == 1}
+    paths = {letter: _paths(glyph, letter) for letter, glyph in letters.items()}
+    return paths, {letter: _number(glyph.attrib, "horiz-adv-x", usual) for letter, glyph in letters.items()}
 
 
 def _number(attributes: Mapping[str, str], name: str, default: float) -> float:

@@ -299,10 +299,7 @@ class _Flow:
     def _paragraph(self, paragraph: Paragraph, left: float, right: float) -> None:
         lines = self._lines.get(self._number[id(paragraph)], [])
         begin_indented = self._letter.head.paragraphs == "indented" and self._after_text and not self._tight
-        if paragraph.level or paragraph.kind == "postscript":
-            self._space(_ABOVE["heading" if paragraph.level else "postscript"])
-        elif not (self._tight or begin_indented or self._after_heading):
-            self._space(_PARAGRAPH)
+        self._space_before(paragraph, begin_indented)
         if paragraph.level:
             self._keep((1 + max((word.scale for line in lines for word in line), default=1.0)) * self._usual)
         first = _INDENT * self._xh if begin_indented and not paragraph.side else 0.0
@@ -313,6 +310,14 @@ class _Flow:
                 first = 0.0
         if paragraph.level or paragraph.kind == "date":
             self._space(_BELOW["date" if paragraph.kind == "date" else "heading"])
+
+    def _space_before(self, paragraph: Paragraph, begin_indented: bool) -> None:
+        if paragraph.level:
+            self._space(_ABOVE["heading"])
+        elif paragraph.kind == "postscript":
+            self._space(_ABOVE["postscript"])
+        elif not (self._tight or begin_indented or self._after_heading):
+            self._space(_PARAGRAPH)
 
     def _row(self, words: Sequence[LetterWord], left: float, right: float, side: Side | None) -> int:
         """Place as many of some words as one row holds."""
@@ -476,10 +481,7 @@ class _Flow:
 
     def _table(self, block: TableBlock, left: float, right: float) -> None:
         self._space(_ABOVE["table"])
-        here = self._frame.top if self._last is None else self._last
-        lower = [rect[3] for rect in self._page.taken if rect[3] > here]
-        if lower and not self._boxed:  # pictures that words stand beside
-            self._go_below(max(lower))
+        self._clear()
         cells = [[self._lines.get(self._number[id(cell)], []) for cell in row] for row in block.rows]
         gap, size = _COLUMN_GAP * block.manner.size * self._xh, block.manner.size
         # room between the margins of a page that comes, too
@@ -592,6 +594,13 @@ class _Flow:
         for start in starts[1:]:
             place = x + start - 0.58 * gap
             self._mark(page, Mark("ruled", (place, upper), (place, 0.35 * self._usual), voice))
+
+    def _clear(self) -> None:
+        """Go on below the pictures that words stand beside."""
+        here = self._frame.top if self._last is None else self._last
+        lower = [rect[3] for rect in self._page.taken if rect[3] > here]
+        if lower and not self._boxed:
+            self._go_below(max(lower))
 
 
 def _share_room(natural: Sequence[float], least: Sequence[float], room: float) -> list[float]:

@@ -28,15 +28,20 @@ def overlay_drawings(drawings: Sequence[Drawing], page: Page, corners: Sequence[
             word = stroke.word + len(words) if stroke.word >= 0 else -1
             strokes.append(replace(stroke, t=stroke.t + later, xy=stroke.xy + corner, word=word))
         lines += [first + len(words) for first in drawing.about.get("lines", [])]
-        told = list(drawing.about.get("words", []))  # as far as its strokes' numbers go; "" for those that are not told
-        count = max([len(told), *(stroke.word + 1 for stroke in drawing.strokes)])
-        words += [*told, *[""] * (count - len(told))]
+        words += _list_words(drawing)
         clock = float(strokes[-1].t[-1]) + _PAUSE if strokes else 0.0
     inked = [(drawing, corner) for drawing, corner in zip(drawings, corners, strict=True) if drawing.ink is not None]
     boxes = [np.add(drawing.inked, (*corner, *corner)) for drawing, corner in inked if drawing.inked is not None]
     bounds = (*np.min(boxes, axis=0)[:2], *np.max(boxes, axis=0)[2:]) if boxes else None
     about = {**drawings[0].about, **({"words": words, "lines": lines} if any(words) else {})}
     return Drawing(tuple(strokes), page, about, _paste_inks(inked) if inked else None, bounds)
+
+
+def _list_words(drawing: Drawing) -> list[str]:
+    """Of a drawing, as far as its strokes' numbers go; "" for those that it does not tell."""
+    told = list(drawing.about.get("words", []))
+    count = max([len(told), *(stroke.word + 1 for stroke in drawing.strokes)])
+    return [*told, *[""] * (count - len(told))]
 
 
 def _paste_inks(inked: Sequence[tuple[Drawing, tuple[float, float]]]) -> Callable[[float], Raster]:

@@ -227,10 +227,7 @@ def _batch(merge: MailMerge, hand: str, facts: dict[str, object]) -> Batch:
     facts |= {name: value for name, value in _list_options(merge.options).items() if value != usual[name]}
     cells = merge.with_letters or any(merge.fields.says(setting) for setting in ("hand", "pen"))
     if cells:
-        names = sorted({manner.hand for row in merge.table if (manner := merge.fields.manner(row)).hand})
-        hands = b"".join(file.read_bytes() for file in map(library.path, names) if file.is_file())
-        digest = hashlib.sha256(hands).hexdigest() if names else ""
-        facts |= {"program": program(), "content of the rows' hands": digest}
+        facts |= {"program": program(), "content of the rows' hands": _digest_of_hands(merge)}
     if merge.letter is not None:
         if merge.head is not None:
             named = ",".join(sorted((merge.options.given or frozenset()) & _OF_HEADS))
@@ -248,6 +245,13 @@ def _list_options(options: object) -> dict[str, object]:
     if rewritten := values.pop("rewritten", ()):
         values["rewritten"] = repr(rewritten)
     return {name: ",".join(value) if isinstance(value, tuple) else value for name, value in values.items()}
+
+
+def _digest_of_hands(merge: MailMerge) -> str:
+    """A digest of the files of the hands that rows name; "" if no row names one."""
+    names = sorted({manner.hand for row in merge.table if (manner := merge.fields.manner(row)).hand})
+    files = [library.path(name) for name in names]
+    return hashlib.sha256(b"".join(file.read_bytes() for file in files if file.is_file())).hexdigest() if names else ""
 
 
 class PageFinding(NamedTuple):

@@ -47,10 +47,14 @@ def with_texts(name: str, drawing: Drawing, task: WritingTask) -> tuple[Drawing,
     if not strokes:
         raise InputError(f"{name}: there is nothing to draw. {' '.join(notes)}")
     drawing = replace(drawing, strokes=strokes, about=about, timed=drawing.timed or not drawing.strokes)
-    each = [manuscript for _, manuscript in written.values()]
-    told = {name: [x for one in each for x in one.about.get(name, ())] for name in ("borrowed", "doubtful")}
-    lines = tuple(line for one in each for line in one.lines)
-    return drawing, Manuscript(lines, drawing.page, 0.0, told), tuple(notes)
+    whole = _join_pages([manuscript for _, manuscript in written.values()], drawing.page)
+    return drawing, whole, tuple(notes)
+
+
+def _join_pages(manuscripts: Sequence[Manuscript], page: Page) -> Manuscript:
+    """All that was written, and what is told of it, as of one page."""
+    told = {name: [x for each in manuscripts for x in each.about.get(name, ())] for name in ("borrowed", "doubtful")}
+    return Manuscript(tuple(line for each in manuscripts for line in each.lines), page, 0.0, told)
 
 
 def _try_texts(
@@ -61,16 +65,7 @@ def _try_texts(
     for number, text in enumerate(texts):
         try:
             if text.text.strip():
-                # on a line of its own, its beginning at `_AROUND`, `_AROUND`, in mm of its page
-                x_height = min(_LARGEST, _LINE / task.hand.pitch) * text.size * _scale(text)
-                layouts[number] = Layout(
-                    Page(2 * _AROUND + 20 * x_height * len(text.text), 2 * _AROUND),
-                    (0.0, 0.0, 0.0, _AROUND),
-                    x_height,
-                    align="left",
-                    jitter=task.layout.jitter,
-                    ruling=Ruling(((_AROUND + FOOT_ABOVE_RULE, 0.0),)),
-                )
+                layouts[number] = _layout(text, task)
         except InputError as error:
             left[title(text.text)] = str(error).rstrip(".")
     try:
@@ -88,6 +83,19 @@ def _try_texts(
 def _scale(text: Text) -> float:
     """mm a px, on average of all directions."""
     return math.sqrt(abs(float(np.linalg.det(text.to_mm[:, :2]))))
+
+
+def _layout(text: Text, task: WritingTask) -> Layout:
+    """How a text is set on a line of its own, its beginning at `_AROUND`, `_AROUND`, in mm of its page."""
+    x_height = min(_LARGEST, _LINE / task.hand.pitch) * text.size * _scale(text)
+    return Layout(
+        Page(2 * _AROUND + 20 * x_height * len(text.text), 2 * _AROUND),
+        (0.0, 0.0, 0.0, _AROUND),
+        x_height,
+        align="left",
+        jitter=task.layout.jitter,
+        ruling=Ruling(((_AROUND + FOOT_ABOVE_RULE, 0.0),)),
+    )
 
 
 def _write_texts(

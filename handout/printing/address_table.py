@@ -219,12 +219,7 @@ def _build_addresses(
             raise TableError(f"{table.path}: {error}") from None
     addressed, doubts = address_rows.warn_of_codes(addressed, account)
     if not account.has_names and not nameless and any(row.lines for row in addressed):
-        unknown = [column for column in table.columns if column.role is None and column.header]
-        hint = f"; not understood: {', '.join(column.name for column in unknown)}" if unknown else ""
-        raise TableError(
-            f"{table.path}: no row has a name{hint}: say which column holds it, such as --columns "
-            f'"name={unknown[0].header if unknown else 1}", or write addresses without names with --no-name.'
-        )
+        raise TableError(_explain_nameless(table))
     cells, numbers = [record.cells for _, record in records], [row.number for row in addressed]
     named = zip(table.columns, address_rows.cell_names(table.columns), strict=True)
     places = {column.number for column, name in named if name in elsewhere}
@@ -289,3 +284,12 @@ def _explain_unaddressable(table: _Headed) -> str:
             f'the columns hold by their places, such as --columns "{places}".'
         )
     return f"{where}; found: {named}; understood: {list_understood()}; or {address_rows.WAY_OUT}."
+
+
+def _explain_nameless(table: _Headed) -> str:
+    unknown = [column for column in table.columns if column.role is None and column.header]
+    hint = f"; not understood: {', '.join(column.name for column in unknown)}" if unknown else ""
+    return (
+        f"{table.path}: no row has a name{hint}: say which column holds it, such as --columns "
+        f'"name={unknown[0].header if unknown else 1}", or write addresses without names with --no-name.'
+    )

@@ -11,7 +11,7 @@ import datetime
 import io
 import re
 import zipfile
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import chain
 from pathlib import Path
@@ -22,6 +22,7 @@ from handout.errors import TableError
 from handout.printing import address, columns, contacts
 
 if TYPE_CHECKING:
+    from openpyxl.cell import Cell, MergedCell
     from openpyxl.worksheet.worksheet import Worksheet
 
 # the first bytes of files that people give by mistake
@@ -208,10 +209,15 @@ def _read_workbook(path: Path) -> TableSheet:
         (sheet, _sheet_records(path, sheet, formulas[sheet.title]))
         for sheet in [sheet for sheet in full if sheet.sheet_state == "visible"] or full[:1]
     )
-    first = next(tables)
-    sheet, records = next((table for table in chain([first], tables) if _rate_records(table[1])[0] > 1), first)
+    sheet, records = _find_addressed(tables)
     _, top, _, bottom = _table_area(sheet)
     return TableSheet(records, tuple(_workbook_notes(sheet, [other.title for other in full], range(top, bottom + 1))))
+
+
+def _find_addressed(tables: Iterator[tuple[Worksheet, list[TableRecord]]]) -> tuple[Worksheet, list[TableRecord]]:
+    """The first sheet of which several headers are understood, and its rows; the first of all where there is none."""
+    first = next(tables)
+    return next((table for table in chain([first], tables) if _rate_records(table[1])[0] > 1), first)
 
 
 def _sheet_records(path: Path, sheet: Worksheet, formulas: Worksheet) -> list[TableRecord]:
@@ -225,15 +231,19 @@ def _sheet_records(path: Path, sheet: Worksheet, formulas: Worksheet) -> list[Ta
     records = [TableRecord([]) for _ in range(top - 1)]
     for row in range(top, bottom + 1):
         cells = [sheet.cell(merged.get((row, place), row), place) for place in range(left, right + 1)]
-        # cells as they are shown; a formula has to have a result
-        for cell in cells:
-            if cell.value is None and formulas[cell.coordinate].data_type == "f":
-                raise TableError(
-                    f"{path}: cell {cell.coordinate} of {sheet.title!r} is a formula without a result: open the "
-                    "workbook in a spreadsheet program, save it, and try again."
-                )
-        records.append(TableRecord.from_cells([_shown_value(cell.value, cell.number_format) for cell in cells]))
+        records.append(TableRecord.from_cells(_shown_cells(path, sheet, formulas, cells)))
     return records
+
+
+def _shown_cells(path: Path, sheet: Worksheet, formulas: Worksheet, cells: Sequence[Cell | MergedCell]) -> list[str]:
+    """Cells as they are shown; a formula has to have a result."""
+    for cell in cells:
+        if cell.value is None and formulas[cell.coordinate].data_type == "f":
+            raise TableError(
+                f"{path}: cell {cell.coordinate} of {sheet.title!r} is a formula without a result: open the "
+                "workbook in a spreadsheet program, save it, and try again."
+            )
+    return [_shown_value(cell.value, cell.number_format) for cell in cells]
 
 
 def _check_package(path: Path) -> None:

@@ -54,10 +54,13 @@ def from_gml(data: bytes) -> Drawing:
         raise InputError(f"This GML has {points} points of a pen that draws; at least {_LEAST} are needed.")
     several: dict[str, Any] = {"drawings": len(strokes_of)} if len(strokes_of) > 1 else {}
     several |= {"letters": letters} if any(letters) else {}
+    return recorded.make_drawing(_spread_drawings(strokes_of), "GML", _client_texts(root) | several)
+
+
+def _client_texts(root: Element) -> dict[str, Any]:
     client = next((e for e in root.iter() if e.tag.lower() == "client"), None)
     texts = {e.tag.lower(): (e.text or "").strip() for e in (client if client is not None else [])}
-    about: dict[str, Any] = {key: text for key, text in texts.items() if text}
-    return recorded.make_drawing(_spread_drawings(strokes_of), "GML", about | several)
+    return {key: text for key, text in texts.items() if text}
 
 
 def _strokes(drawing: Element, scale: Array, rotated: bool, numbers: Iterator[int]) -> list[Raw]:

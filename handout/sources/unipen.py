@@ -62,11 +62,7 @@ def from_unipen(data: bytes, include: Include | None = None) -> Drawing:
     _read_statements(data, state, include or (lambda name: None), 0)
     if not state.components and not state.segments:
         raise InputError("This is not UNIPEN: it has neither .PEN_DOWN nor .SEGMENT.")
-    # of the pen down; of a file of labels, which uses part of the files it includes, what it labels
-    labelled = {component for segment in state.segments for component in segment.components}
-    down = [index for index, (is_down, _) in enumerate(state.components) if is_down]
-    drawn = [index for index in down if index in labelled] if labelled else down
-    parts = [(n, rows) for n in drawn for rows in _paper_rows(state, state.components[n][1])]
+    parts = [(n, rows) for n in _drawn_components(state) for rows in _paper_rows(state, state.components[n][1])]
     # the segments that are words; where no words are marked, the texts
     levels = ([segment for segment in state.segments if segment.level == level] for level in ("WORD", "TEXT"))
     words = next(filter(None, levels), [])
@@ -148,6 +144,13 @@ def _segment(body: str, state: _UnipenState) -> None:
             numbers += range(ends[0], ends[-1] + 1)
     label = re.sub(r"\\(.)", r"\1", match.group(4))
     state.segments.append(_Segment(match.group(1), numbers, label))
+
+
+def _drawn_components(state: _UnipenState) -> list[int]:
+    """Components of the pen down; of a file of labels, which uses part of the files it includes, those it labels."""
+    down = [index for index, (is_down, _) in enumerate(state.components) if is_down]
+    labelled = {component for segment in state.segments for component in segment.components}
+    return [index for index in down if index in labelled] if labelled else down
 
 
 def _paper_rows(state: _UnipenState, values: Array) -> list[slice]:

@@ -370,12 +370,16 @@ def _find_omitted(units: Sequence[str], forms: Mapping[str, Sequence[Letter]]) -
     foreign = [_is_foreign([units[at] for at in word], forms) for word in words]
     for number, word in enumerate(words):
         if foreign[number] and _is_named_beside(units, words, foreign, number):
-            # without the signs at its ends, but with the brackets that it stands in
-            letters = [at for at in word if units[at] not in _BRACKETS]
-            begin, end = letters[0], letters[-1] + 1
-            bracketed = word[0] < begin and end <= word[-1] and units[begin - 1] + units[end] in ("()", "[]")
-            omitted.update(range(begin - bracketed, end + bracketed))
+            omitted.update(_in_brackets(units, word))
     return omitted
+
+
+def _in_brackets(units: Sequence[str], word: Sequence[int]) -> range:
+    """The places of a word without the signs at its ends, but with the brackets that it stands in."""
+    letters = [at for at in word if units[at] not in _BRACKETS]
+    begin, end = letters[0], letters[-1] + 1
+    bracketed = word[0] < begin and end <= word[-1] and units[begin - 1] + units[end] in ("()", "[]")
+    return range(begin - bracketed, end + bracketed)
 
 
 def _is_foreign(word: Sequence[str], forms: Mapping[str, Sequence[Letter]]) -> bool:

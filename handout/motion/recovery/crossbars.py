@@ -308,12 +308,7 @@ def _hidden_part(net: BranchNetwork, chain: Sequence[int], *, right: bool) -> In
     middle, size = way.mean(axis=0), float(np.hypot(*(way[-1] - way[0])))
     aim = np.linalg.svd(way - middle, full_matrices=False)[2][0]
     aim = aim if (aim[0] > 0) == right else -aim
-    # ends that leave its node over other branches than its own, alone and with those beyond a crossing
-    passed = {e >> 1 for e in chain}
-    firsts = [e for e in net.ends_at[int(net.node[last])] if e >> 1 not in passed]
-    crossings = [e for e in firsts if net.is_crossing(e)]
-    beyond = [(f, e) for f in crossings for e in net.ends_at[int(net.node[f ^ 1])] if e != f ^ 1]
-    for ends in (*((e,) for e in firsts), *beyond):
+    for ends in _chains_beyond(net, last, {e >> 1 for e in chain}):
         vertices = chain_vertices(net, ends)[1:]
         away = net.xy[vertices] - net.position(last)
         ahead, aside = away @ aim, np.abs((net.xy[vertices] - middle) @ np.array([-aim[1], aim[0]]))
@@ -324,3 +319,11 @@ def _hidden_part(net: BranchNetwork, chain: Sequence[int], *, right: bool) -> In
         if count and ahead[count - 1] > farthest:
             farthest, hidden = float(ahead[count - 1]), vertices[:count]
     return hidden
+
+
+def _chains_beyond(net: BranchNetwork, last: int, passed: set[int]) -> list[tuple[int, ...]]:
+    """Ends that leave a node over other branches than those passed, alone and with those beyond a crossing."""
+    firsts = [e for e in net.ends_at[int(net.node[last])] if e >> 1 not in passed]
+    crossings = [e for e in firsts if net.is_crossing(e)]
+    beyond = [(f, e) for f in crossings for e in net.ends_at[int(net.node[f ^ 1])] if e != f ^ 1]
+    return [*((e,) for e in firsts), *beyond]

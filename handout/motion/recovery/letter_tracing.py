@@ -255,10 +255,7 @@ def _with_crossbars(
     search = Ends(ends.entries, ends.exits)
     barred: list[Traversal] = []
     if not bar_chains and not line.own_bars and letter in CROSSED | CROSSED_ASLANT:
-        passed = {e >> 1 for chain in foreign for e in chain}
-        loose = (e for e in range(len(net.node)) if net.is_loose(e))
-        starts = [e for e in loose if e >> 1 not in passed and e not in ends.entries]
-        bar = find_crossbar(net, starts, line.x_height, aslant=letter in CROSSED_ASLANT)
+        bar = find_crossbar(net, _bar_starts(net, ends, foreign), line.x_height, aslant=letter in CROSSED_ASLANT)
         if bar:
             barred += _beside_bars(net, line.x_height, [*foreign, bar], search, weights, laid)
     if not barred:
@@ -287,6 +284,13 @@ def _beside_bars(
         Traversal((*(tuple(2 * beside[e >> 1] + (e & 1) for e in s) for s in t.strokes), *bars), t.cost, tuple(bars))
         for t in traversals
     ]
+
+
+def _bar_starts(net: BranchNetwork, ends: Ends, foreign: _Chains) -> list[int]:
+    """Loose ends where a letter's own crossbar may begin."""
+    passed = {e >> 1 for chain in foreign for e in chain}
+    loose = (e for e in range(len(net.node)) if net.is_loose(e))
+    return [e for e in loose if e >> 1 not in passed and e not in ends.entries]
 
 
 def _ends_at(net: BranchNetwork, vertices: Sequence[int]) -> list[int]:

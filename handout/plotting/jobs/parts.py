@@ -226,12 +226,7 @@ def pieces(
     def read_mark(text: str) -> tuple[float, Array]:
         return _marks(text, words, pages, plan_page)
 
-    first, last = 0, len(words) - 1
-    if begin:
-        place, marks = read_mark(begin)
-        first = int(np.searchsorted(marks[1:], place, side="right"))
-    elif from_word:
-        first = _find(from_word, words, 0, "--from-word")[0]
+    first, last = _find_first(begin, from_word, words, read_mark), len(words) - 1
     if end:
         place, marks = read_mark(end)
         last = int(np.searchsorted(marks[:-1], place, side="left")) - 1
@@ -242,6 +237,16 @@ def pieces(
         raise InputError(f"Nothing lies between {places}: is one before the other?")
     chosen = itertools.groupby(words[first : last + 1], lambda word: word.sheet)
     return [SheetStretch(sheet, (run := list(group))[0].first, run[-1].stop) for sheet, group in chosen]
+
+
+def _find_first(
+    begin: str | None, word: str | None, words: Sequence[_Word], marked: Callable[[str], tuple[float, Array]]
+) -> int:
+    """The run of strokes that a part begins with."""
+    if begin:
+        place, marks = marked(begin)
+        return int(np.searchsorted(marks[1:], place, side="right"))
+    return _find(word, words, 0, "--from-word")[0] if word else 0
 
 
 def name_stretch(part: Sequence[SheetStretch], pages: Sequence[Drawing]) -> str:

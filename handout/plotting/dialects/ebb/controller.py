@@ -193,12 +193,7 @@ class EbbController(BaseController):
         elif asked.name == "QM" and len(numbers) == 4:
             self._look(busy=numbers[0] != 0, waiting=numbers[3] != 0)
         elif asked.name == "QP":
-            up = numbers[:1] == (1,)
-            if self._pens and self._pens.popleft() != up:
-                raise DeviceGarbled(
-                    f"The plotter's pen is {'lifted' if up else 'down'} and should not be: a command came "
-                    "over wrong, and what it drew last may be wrong. Use a shorter cable, and no hub."
-                )
+            self._check_pen(up=numbers[:1] == (1,))
         elif asked.number >= 0 or asked.data == REST:
             self.taken = max(self.taken, asked.number + 1)
             if asked.name in protocol.QUEUED:
@@ -206,6 +201,13 @@ class EbbController(BaseController):
                 if len(self._moves) >= self._in_hand:
                     self.executed = max(self.executed, self._moves[-self._in_hand])
                     self.listener(StateReport(self.taken, self.executed))
+
+    def _check_pen(self, up: bool) -> None:
+        if self._pens and self._pens.popleft() != up:
+            raise DeviceGarbled(
+                f"The plotter's pen is {'lifted' if up else 'down'} and should not be: a command came "
+                "over wrong, and what it drew last may be wrong. Use a shorter cable, and no hub."
+            )
 
     def _look(self, busy: bool, waiting: bool) -> None:
         """Count what has been executed: the question was answered after all taken commands were in the queue."""

@@ -332,11 +332,7 @@ def meet_marlin(conversation: MarlinConversation, profile: Plotter, log: Log) ->
 
     Raises DeviceSilent if nothing answers, or something that is not Marlin.
     """
-    replies = list[Reply]()
-    for heard in conversation.listen(profile.port.start_up):  # a board may start anew, and is deaf until it has greeted
-        if not heard and any(isinstance(reply, protocol.Start) for reply in replies):
-            break
-        replies += heard
+    replies = _hear_greeting(conversation, profile.port.start_up)
     replies += number_lines(conversation, profile.port.start_up + profile.port.timeout, replies)
     _check_numbers(conversation, log)
     answers = conversation.ask(protocol.WHO)
@@ -357,6 +353,16 @@ def meet_marlin(conversation: MarlinConversation, profile: Plotter, log: Log) ->
             "latency of its USB adapter to 1 ms, or lower segment_rate in the profile."
         )
     return profile, able
+
+
+def _hear_greeting(conversation: MarlinConversation, start_up: float) -> list[Reply]:
+    """What it says when its port is opened: a board may start anew then, and is deaf until it has greeted."""
+    greeting = list[Reply]()
+    for replies in conversation.listen(start_up):
+        if not replies and any(isinstance(reply, protocol.Start) for reply in greeting):
+            break
+        greeting += replies
+    return greeting
 
 
 def number_lines(conversation: MarlinConversation, patience: float, before: Sequence[Reply] = ()) -> list[Reply]:
