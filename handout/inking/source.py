@@ -82,7 +82,7 @@ class InkSource:
         (order, number, band, places), (left, top, right, bottom) = self._by_band, box
         near = slice(*band.searchsorted(np.floor([top / _BAND, bottom / _BAND + 1]).astype(np.int16)))
         x, y = places[:, near]
-        return order[np.sort(number[near][(x > left) & (x < right) & (y > top) & (y < bottom)])]
+        return np.asarray(order[np.sort(number[near][(x > left) & (x < right) & (y > top) & (y < bottom)])])
 
 
 def own_vertices(inks: Sequence[Ink], sources: Mapping[int, InkSource]) -> list[tuple[Array, NDArray[np.intp]]]:
