@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.branching import branches, number_pieces
+from handout.hand.diacritics import NOT_ABOVE, decompose_grapheme
 from handout.hand.letter_classes import NEVER_DESCENDING, NOT_ASCENDING
 from handout.hand.places import graphemes
 from handout.hand.scanned import NOBODY
@@ -229,11 +230,12 @@ class _Line:
         return holder[piece]
 
     def _share_dots(self, pieces: Sequence[NDArray[np.bool_]], takers: list[int]) -> list[int]:
-        """The letters of loose pieces, where an i or j without a dot takes one from another that has two."""
+        """The letters of loose pieces: an i, j or accented letter with none takes one from an i or j that has two."""
         dots = {
             k: float(self.u[piece].mean()) for k, piece in enumerate(pieces) if self.up[piece].mean() > _SETTINGS.high
         }
-        for i in (i for i, name in enumerate(self.names) if name in ("i", "j") and self.present[i]):
+        marked = [name in ("i", "j") or {*decompose_grapheme(name)[1]} - NOT_ABOVE for name in self.names]
+        for i in (i for i in np.flatnonzero(self.present).tolist() if marked[i]):
             given = [takers[k] for k in dots]
             spare = [k for k in dots if self.names[takers[k]] in ("i", "j") and given.count(takers[k]) > 1]
             away = [max(self.left[i] - dots[k], dots[k] - self.right[i], 0.0) for k in spare]

@@ -127,6 +127,8 @@ def test_two_dots_over_one_of_two_letters_that_have_dots_are_shared():
     strokes = [[(0.4, 0.9), (0.4, -0.5)], [(1.0, 0.9), (1.0, 0.0)], [(0.4, 1.4), (0.4, 1.5)], [(0.9, 1.4), (0.9, 1.5)]]
     _, found = given(strokes, ("j", 0, 0.95), ("i", 0.95, 1.5))
     assert found == [{0}, {1}, {0}, {1}]
+    # a letter with an accent takes it from there, too
+    assert given(strokes, ("j", 0, 0.95), ("é", 0.95, 1.5))[1] == [{0}, {1}, {0}, {1}]
     # a letter that has none stays without
     assert given(strokes, ("j", 0, 0.95), ("l", 0.95, 1.5))[1][2:] == [{0}, {0}]
 
