@@ -72,16 +72,13 @@ def test_letters_that_hold_a_bar_of_their_neighbour_are_told(small_hand):
     assert measures.outsized_letters(given)[taker]
 
 
-def test_letters_that_lost_their_accent_are_told():
-    """Of a hand that had no part in setting the bounds: all that lose it, and hardly one that has it."""
-    hand = file.load(library.scanned_file("house-print-fountain"))
-    assert measures.lost_accents(hand).sum() <= 1
-    taken = list(hand.glyphs)
-    for i, glyph in enumerate(taken):
-        if glyph.letter in tuple("éèêàâ"):
-            graph = hand.pages[glyph.page].graph.take(glyph.vertices)
-            largest = graph.components == np.bincount(graph.components).argmax()
-            taken[i] = replace(glyph, vertices=glyph.vertices[largest]) if not largest.all() else glyph
-    bare = [i for i, glyph in enumerate(taken) if glyph is not hand.glyphs[i]]
-    found = measures.lost_accents(replace(hand, glyphs=tuple(taken)))
-    assert len(bare) > 5 and found[bare].all()
+def test_accented_letters_without_their_accent_are_told(small_hand):
+    def renamed(letter, name):
+        glyphs = tuple(replace(g, letter=name) if g.letter == letter else g for g in small_hand.glyphs)
+        return measures.unmarked_letters(replace(small_hand, glyphs=glyphs))
+
+    letters = np.array([glyph.letter for glyph in small_hand.glyphs])
+    assert not measures.unmarked_letters(small_hand).any()
+    assert renamed("e", "è")[letters == "e"].mean() > 0.95
+    assert renamed("i", "í")[letters == "i"].mean() < 0.05  # it has its dot
+    assert not renamed("e", "ę").any()  # its mark hangs below
