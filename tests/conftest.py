@@ -63,10 +63,12 @@ def pytest_sessionstart(session):
         sys.path.remove(str(path.parent))
 
 
+# what is imported and collected stays: a collector that looked through it took 7 % of the time of the tests
+gc.set_threshold(20_000)
+
+
 def pytest_collection_finish(session):
-    """What was imported and collected stays: a collector that looked through it took 7 % of the time of the tests."""
     gc.freeze()
-    gc.set_threshold(20_000)
 
 
 @pytest.hookimpl(optionalhook=True)
@@ -99,6 +101,14 @@ def pytest_xdist_make_scheduler(config, log):
             if nodeid.startswith(_OF_THE_CODE):
                 return _OF_THE_CODE[0]
             return next((name for name in _TOGETHER if nodeid.startswith("tests/" + name)), self._parts[nodeid])
+
+        def schedule(self):
+            """Parts of files without slow tests come last: no process does a long one while the others have none."""
+            super().schedule()
+            for part in list(self.workqueue):
+                file = config.rootpath / part.partition(" ")[0]
+                if file.suffix == ".py" and file.is_file() and "mark.slow" not in file.read_text(encoding="utf-8"):
+                    self.workqueue.move_to_end(part)
 
     return Together(config, log) if config.getvalue("dist") != "no" else None
 

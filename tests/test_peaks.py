@@ -2,7 +2,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.signal import find_peaks
 
 from handout.peaks import peaks
 
@@ -13,6 +12,8 @@ ROWS = st.lists(st.integers(0, 8), max_size=40).map(lambda row: np.array(row, dt
 @settings(deadline=None, max_examples=60)
 @given(ROWS, st.sampled_from([0.0, 0.5, 1.0, 2.5]), st.sampled_from([1, 2, 5]))
 def test_peaks_are_those_of_scipy(row, prominence, apart):
+    from scipy.signal import find_peaks  # not above: it takes .8 s of CPU, in every process of xdist
+
     expected, _ = find_peaks(row, prominence=prominence, distance=apart)
     np.testing.assert_array_equal(peaks(row, prominence=prominence, apart=apart), expected)
 

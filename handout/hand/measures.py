@@ -18,6 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout import hues
+from handout.branching import number_pieces
+from handout.hand.diacritics import NOT_ABOVE, decompose_grapheme
 from handout.hand.learnt import learnt
 from handout.hand.letter_classes import FULL_ASCENDERS, NEVER_DESCENDING, X_HEIGHT
 from handout.hand.scanned import NOBODY, ScannedHand
@@ -164,6 +166,8 @@ def contradicted_cases(hand: ScannedHand) -> NDArray[np.bool_]:
     return found
 
 
+# x-heights: those with a mark reach 1.24 and more, or have a piece that begins at .94 and more; those without 1.16, .29
+_UNMARKED, _MARK = 1.22, 0.6
 _OUTSIZED = 1.45  # times the usual height of a letter's siblings; by eye, see `outsized_letters`
 
 
@@ -185,6 +189,25 @@ def outsized_letters(hand: ScannedHand) -> NDArray[np.bool_]:
             like = np.flatnonzero([other == letter for other in letters])
             if len(like) >= _LEAST_SIBLINGS:
                 found[here[like]] = height[like] > _OUTSIZED * np.median(height[like])
+    return found
+
+
+def unmarked_letters(hand: ScannedHand) -> NDArray[np.bool_]:
+    """(n,): small letters with a mark above that hold none: a neighbour has it, or it was not written.
+
+    Of 145 such letters of two people's pages, and of prompt sheets with their writing, 12 are so, by eye all rightly.
+
+    Source: own method.
+    """
+    found = np.zeros(len(hand.glyphs), dtype=bool)
+    for i, glyph in enumerate(hand.glyphs):
+        if glyph.letter.islower() and {*decompose_grapheme(glyph.letter)[1]} - NOT_ABOVE:
+            page = hand.pages[glyph.page]
+            up = page.to_line(glyph.line, page.graph.uv[glyph.vertices])[:, 1] * (page.pitch / page.x_height)
+            piece = number_pieces(page.graph.edges_between(glyph.vertices), len(up))
+            feet = np.full(len(up), np.inf)
+            np.minimum.at(feet, piece, up)
+            found[i] = up.max() < _UNMARKED and feet[piece].max() < _MARK
     return found
 
 

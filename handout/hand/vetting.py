@@ -3,8 +3,8 @@
 Four kinds of evidence make one probability: how sure the reading was of the glyph's place
 (`ScannedGlyph.confidence`), how much its shape is like its siblings' (`outlier_score`), how much those of the
 glyphs beside it are (what one has too much, its neighbour mostly lacks), and how it reads alone to a reader that knows
-the author (`author_reader`).  A letter that is as large as its other case, or far higher than its siblings, is refused,
-whatever they say.
+the author (`author_reader`).  A letter that is as large as its other case, or far higher than its siblings, or without
+its accent, is refused, whatever they say.
 
 Source: own method.
 """
@@ -21,14 +21,14 @@ from numpy.typing import NDArray
 from handout.hand import author_reader, outlier_score
 from handout.hand.glyph_features import glyph_features
 from handout.hand.learnt import learnt
-from handout.hand.measures import contradicted_cases, outsized_letters, reaching_lines
+from handout.hand.measures import contradicted_cases, outsized_letters, reaching_lines, unmarked_letters
 from handout.hand.outlier_score import READING, OutlierModel
 from handout.hand.scanned import ScannedHand
 from handout.values import Array, Indices
 
 Verdict = Literal["sure", "doubtful", "refused"]
 SURE, REFUSED = 0.8, 0.55  # least probability of the one, and greatest of the other; set on simulated pages kept apart
-VERSION = 5  # of what is kept of a hand; tests/hand/test_house_scanned.py says when to raise it
+VERSION = 6  # of what is kept of a hand; tests/hand/test_house_scanned.py says when to raise it
 # the logarithm of the odds that a glyph is right is the first, the second times its score, the third times the
 # logarithm of the odds of its confidence, and the fourth times the greater score of those beside it.  Rounded from what
 # spoilt letters of eight people say (see `READING`) and, of confidence, pages of simulated writers.  Of letters as they
@@ -36,7 +36,7 @@ VERSION = 5  # of what is kept of a hand; tests/hand/test_house_scanned.py says 
 # simulated writers alone, and lone letters believed like others, .02, .42 and .31.  On five other people's pages .02,
 # .56 and .49; .02, .46 and .32
 _ODDS = np.array([1.2, -0.5, 0.1, -0.15])
-_OTHER_CASE = 0.25  # probability at most of a letter of the wrong size, or on two lines: lent ones are cheaper
+_OTHER_CASE = 0.25  # probability at most of a letter of the wrong size, on two lines, or unmarked: lent are cheaper
 _CERTAIN = 0.02  # of confidences: nearer to 0 or 1 than this none is believed
 
 
@@ -91,7 +91,7 @@ def _plainness(hand: ScannedHand) -> Array:
     confidence = np.array([glyph.confidence for glyph in hand.glyphs])
     probability = calibrated(score, confidence)
     named = np.array([bool(glyph.letter) for glyph in hand.glyphs], dtype=bool)
-    wrong = contradicted_cases(hand) | reaching_lines(hand) | outsized_letters(hand)
+    wrong = contradicted_cases(hand) | reaching_lines(hand) | outsized_letters(hand) | unmarked_letters(hand)
     probability = np.where(wrong, np.minimum(probability, _OTHER_CASE), probability)
     return np.where(named & (confidence > 0), probability, 0.0)
 

@@ -24,7 +24,8 @@ from handout.networks import one_thread
 from handout.pipeline.results import Facts
 from handout.reading import misreading, pictures, second_reader
 from handout.reading.misreading import MisreadWeights, shares_seen
-from handout.reading.pictures import PictureReading
+from handout.reading.pictures import PictureReading, Reader
+from handout.reading.second_reader import SecondReader
 from handout.reading.word_space import X_HEIGHT, drawn
 from handout.values import Array, Drawing, Indices, Manuscript
 from handout.writing.choosing import GlyphChooser, choices
@@ -61,11 +62,14 @@ _Look: TypeAlias = tuple[tuple[InkGlyph, ...], str]  # how a word is set, and it
 _UNREAD = 6.0  # nat: of a letter that is not seen at all
 
 
+def _open_readers() -> list[Reader | SecondReader]:
+    second = second_reader.load()
+    return [pictures.load(), *([second] if second else [])]
+
+
 def read(shown: Sequence[Array]) -> list[tuple[PictureReading, ...]]:
     """What each reader that is there sees in some pictures, in word space."""
-    second = second_reader.load()
-    seen = [pictures.load().read_all(shown), *([second.read_all(shown)] if second else [])]
-    return list(zip(*seen, strict=True))
+    return list(zip(*(reader.read_all(shown) for reader in _open_readers()), strict=True))
 
 
 @dataclass(frozen=True)
@@ -112,7 +116,7 @@ class ReadWord:
     numbers : (n,) int: its glyphs; at: place of its first letter in the text.
     picture : (HEIGHT, w) density in word space.
     misread : (n,) how probably strangers take each letter for another, 0 for what is not read; of a word that they
-        hardly misread at most that.
+        hardly misread, whatever readers saw who did not look, at most that.
     readings : of each reader, where it may be misread.
     """
 
@@ -225,21 +229,21 @@ class Rereader:
         return read
 
     def _judge(self, words: Sequence[ReadWord]) -> list[ReadWord]:
-        """Words with how probably strangers misread their letters."""
-        readings, texts = read([word.picture for word in words]), [word.text for word in words]
-        logs = np.array([pictures.log_probabilities(seen, texts) for seen in zip(*readings, strict=True)]).T
-        before, found, unsure = [self._before[word.numbers] for word in words], list[ReadWord](), list[int]()
-        for k, word in enumerate(words):
-            # none of its letters is another more probably than the word is
-            most = np.repeat(1.0 - np.exp(logs[k])[:, None], len(before[k]), axis=1)
-            found.append(replace(word, misread=self._weights.misread(before[k], most)))
-            if found[k].wrong >= self._weights.again:
-                unsure.append(k)
-        of_readers = zip(*(readings[k] for k in unsure), strict=True)
-        seen = [shares_seen(each, [texts[k] for k in unsure]) for each in of_readers]
-        for k, *shares in zip(unsure, *seen, strict=True):
-            misread = self._weights.misread(before[k], np.array(shares))
-            found[k] = replace(words[k], misread=misread, readings=readings[k])
+        """Words with how probably strangers misread their letters: readers after the first look at those alone that may
+        be misread by what they see."""
+        texts, before = [word.text for word in words], [self._before[word.numbers] for word in words]
+        found, unsure, readers = list(words), list(range(len(words))), _open_readers()
+        shares = [np.ones((len(readers), len(each))) for each in before]  # until it looks, a reader may see the worst
+        readings = [list[PictureReading]() for _ in words]
+        for number, reader in enumerate(readers):
+            seen = reader.read_all([words[k].picture for k in unsure])
+            for k, reading, share in zip(unsure, seen, shares_seen(seen, [texts[k] for k in unsure]), strict=True):
+                shares[k][number] = share
+                readings[k].append(reading)
+                found[k] = replace(words[k], misread=self._weights.misread(before[k], shares[k]))
+            unsure = [k for k in unsure if found[k].wrong >= self._weights.again]
+        for k in unsure:
+            found[k] = replace(found[k], readings=tuple(readings[k]))
         return found
 
 

@@ -4,7 +4,7 @@ The way of a scan: `page_sources` → `page_tagging.tag_page` → `alignment.ali
 `glyph_extraction` → `page_tagging.hand_of_pages`.
 
 - `page_sources`: files, transcripts and filled prompt sheets as pages to be read; runs the way for all of them;
-  which way round a page lies, told by how well its text fits
+  which way round a page lies, told by how well its text fits; `print_removal`: what is printed on such a sheet
 - `page_tagging`: from a read page and its transcript to its glyphs, and from pages to a hand
 - `alignment`: where every letter is; `segmentation`: the method, with a round of self-training
 - `transcript`: a transcript as lines of letters; which line has which, and how well it fits: `alignment`

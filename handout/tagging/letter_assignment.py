@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.branching import branches, number_pieces
+from handout.hand.diacritics import NOT_ABOVE, decompose_grapheme
 from handout.hand.letter_classes import NEVER_DESCENDING, NOT_ASCENDING
 from handout.hand.places import graphemes
 from handout.hand.scanned import NOBODY
@@ -38,6 +39,7 @@ class AssignmentSettings:
     near: float = 0.7  # x-heights from a mark's column to its ink
     high: float = 0.75  # over the baseline: marks above it
     low: float = 0.55  # over the baseline: marks below it
+    dot: float = 0.3  # width of a dot, and how far it is from the other of a colon, across
     cut: float = 0.015  # a stroke is cut where that spares it more of running outside its letter's column, x-heights³
     length: float = 1.0  # of a piece of line that belongs to the letter of its column, joined to the rest of it or not
     anchor: float = 0.35  # x-heights: anchors are sought as near to this height as there is ink
@@ -92,6 +94,7 @@ class _Line:
 
     def __init__(self, graph: LineGraph, line: AlignedLine, vertices: Indices) -> None:
         self.names = [graphemes(letter.text)[0] if letter.text else "" for letter in line.letters]
+        self.marked = np.array([n in ("i", "j") or not {*decompose_grapheme(n)[1]} <= NOT_ABOVE for n in self.names])
         self.present = np.array([letter.present for letter in line.letters], dtype=bool)
         place = line.frame.to_line(graph.uv[vertices]) / X_HEIGHT
         self.u, self.up = place.T
@@ -166,7 +169,9 @@ class _Line:
         letter = self._branches(anchors)
         loose = sorted(set(self.whole.tolist()) - {int(self.whole[v]) for v in anchors.values()})
         pieces = [self.whole == component for component in loose]
-        for piece, taker in zip(pieces, self._share_dots(pieces, [self._free(piece) for piece in pieces]), strict=True):
+        two_parts = [(i, self.u[vertex]) for i, vertex in anchors.items() if self.names[i] in (":", ";")]
+        takers = [self._free(piece, two_parts) for piece in pieces]
+        for piece, taker in zip(pieces, self._share_dots(pieces, takers), strict=True):
             letter[piece] = taker
         return letter
 
@@ -229,11 +234,11 @@ class _Line:
         return holder[piece]
 
     def _share_dots(self, pieces: Sequence[NDArray[np.bool_]], takers: list[int]) -> list[int]:
-        """The letters of loose pieces, where an i or j without a dot takes one from another that has two."""
+        """The letters of loose pieces: an i, j or accented letter with none takes one from an i or j that has two."""
         dots = {
             k: float(self.u[piece].mean()) for k, piece in enumerate(pieces) if self.up[piece].mean() > _SETTINGS.high
         }
-        for i in (i for i, name in enumerate(self.names) if name in ("i", "j") and self.present[i]):
+        for i in np.flatnonzero(self.marked & self.present).tolist():
             given = [takers[k] for k in dots]
             spare = [k for k in dots if self.names[takers[k]] in ("i", "j") and given.count(takers[k]) > 1]
             away = [max(self.left[i] - dots[k], dots[k] - self.right[i], 0.0) for k in spare]
@@ -241,9 +246,16 @@ class _Line:
                 takers[spare[int(np.argmin(away))]] = i
         return takers
 
-    def _free(self, component: NDArray[np.bool_]) -> int:
-        """The letter that a component without any letter of its own belongs to: a dot, a bar, an accent, a speck."""
+    def _free(self, component: NDArray[np.bool_], two_parts: Sequence[tuple[int, float]]) -> int:
+        """The letter that a component without any letter of its own belongs to: a dot, a bar, an accent, a speck.
+
+        two_parts : colons and semicolons, and where the dot is that they have: one above or below it is theirs, too.
+        """
         middle, height = float(self.u[component].mean()), float(self.up[component].mean())
+        if np.ptp(self.u[component]) < _SETTINGS.dot and height <= _SETTINGS.high:
+            for i, at in two_parts:
+                if abs(at - middle) <= _SETTINGS.dot:
+                    return i
         away = np.maximum(np.maximum(self.left - middle, middle - self.right), 0)
         away = np.where(self.present, away, np.inf)
         dotted = np.array([name in _DOTTED or not name.isascii() for name in self.names])

@@ -1,7 +1,7 @@
 """From files to the pages that a hand is read from: each scan with its transcript, its light and inks known.
 
-A prompt sheet that was filled in is found in its scan, made flat, and everything printed on it is replaced by paper;
-its codes say what was to be copied.
+A prompt sheet that was filled in is found in its scan, made flat, and its print taken out (`print_removal`); its codes
+say what was to be copied.
 
 A page may lie any way round: its text fits its lines only as they were written, not upside down or backwards.  A page
 whose text fits as it lies is left alone; others are tried turned and mirrored.  A text that never fits is refused, with
@@ -13,39 +13,33 @@ from __future__ import annotations
 import hashlib
 import re
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import combinations
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from handout import units
 from handout.errors import InputError
+from handout.libraries import cv2
 from handout.progress import Tell, narrow_reports, silent
-from handout.scanning.checks import check_dpi, source_of
+from handout.scanning.checks import check_dpi, check_writing_size, likely_dpi, source_of
 from handout.scanning.density import Scale, pooled_scale
-from handout.scanning.matting import fill_smooth
-from handout.scanning.paper import find_paper
+from handout.scanning.page_layout import Gutter, find_gutter, flat_sheet
 from handout.scanning.picture_files import ENOUGH_DPI, count_pages, read_picture, scan_of
 from handout.scanning.scan import FilePicture, Scan
-from handout.scanning.written_page import PreparedScan, find_ink, finish, prepare, with_recorded_line
-from handout.tagging.alignment import Method
-from handout.tagging.page_tagging import TaggedPage, tag_labelled_page, tag_page
-from handout.tagging.segmentation import by_segments
-from handout.values import Array, Indices, Stroke
-
-if TYPE_CHECKING:
-    from handout.prompting.sheet_detection import DetectedSheet
-from handout.scanning.checks import check_writing_size, likely_dpi
-from handout.scanning.page_layout import Gutter, find_gutter, flat_sheet
 from handout.scanning.text_lines import TextLines, find_text_lines
-from handout.scanning.written_page import Inked
-from handout.tagging.alignment import REFUSED, refusal, text_breadth, text_fit
+from handout.scanning.written_page import Inked, PreparedScan, find_ink, finish, prepare, with_recorded_line
+from handout.tagging.alignment import REFUSED, Method, refusal, text_breadth, text_fit
 from handout.tagging.glyph_extraction import list_names
 from handout.tagging.line_space import straight_lines
+from handout.tagging.page_tagging import TaggedPage, tag_labelled_page, tag_page
+from handout.tagging.print_removal import take_print_out
+from handout.tagging.segmentation import by_segments
 from handout.tagging.transcript import TranscriptLine, read_transcript
+from handout.values import Array, Indices, Stroke
 
 _NAMED_PAGES = re.compile(r"(?P<path>.+):(?P<first>\d+)(?:-(?P<last>\d+))?")
 _LOST = 0.3  # share of a text's letters that may be missing on its page
@@ -56,22 +50,13 @@ Say = Callable[[str], None]
 # shares of the time that a page takes until it lies upright, and until its lines are known; measured
 _TURNED, _WRITTEN = 0.11, 0.17
 _ONE_EACH = "give one --text for each page, in the same order"
-# printed words and lines take blue light and leave the red; pens take the red (red ones need a plain sheet)
-_LESS_BLUE = 0.06  # of the paper's light: how much less blue than red there is where something is printed
-_MOST_RED = 0.72  # of the paper's: darker than that is ink, on print or beside it
-_LEAST_PAPER = 0.9  # of the paper's light: what has less is not taken as paper to fill with
-_OVER_PRINT = 0.3  # mm from what is seen of a printed word within which ink may lie over it: half a printed stem
-_BESIDE_PEN = 1.0  # mm from ink: print further away has none
-# median deviations of what print alone seems to have of ink: a normal variable is above this once in 40,000
-_UNLIKELY = 6.0
-_ENOUGH = 200  # pixels from which the colour of print, or of ink, is known
 # ink a letter below which a line of a sheet is empty, of that of full lines, a quantile; empty ones have .01 of it,
 # others .24
 _EMPTY, _FULL = 0.1, 0.9
+_PRINT_LEFT = 0.3  # mm² a letter over the printed words of nine lines in ten: pens leave .001 to .03, grey print 1.2
 _SAME = 0.75  # cosine between the ink of two pictures from which they show one sheet: photographs have .94
 _NOTHING = 0.02  # mm² of ink a letter of full lines, below which a sheet is blank: pens and pencils leave 1.7 to 2.5
 _REDDISH = 0.5  # of the ink beside print, how much may have its colour: a red pen's has 1.5, blue, black and grey .006
-_MOST_DENSE = 4.0  # natural logarithm: darker is not told from black
 
 
 @dataclass(frozen=True, eq=False)
@@ -163,8 +148,12 @@ def gather_sources(names: Sequence[str], texts: Sequence[tuple[str, str]], dpi: 
                 f"{picture.source}: what is written on it? Give its text with --text{f' ({counts})' if texts else ''}; "
                 "only sheets made with `handout hand prompt` say it themselves."
             )
-        text = remaining.pop(0)[1] if has_text else None
-        sources.append(sheet.as_page(text) if sheet else _plain_page(picture, dpi, text or ""))
+        text = remaining.pop(0)[1] if has_text else ""
+        sources.append(
+            PageSource(prepare(sheet.scan), text or sheet.transcript, notes=() if text else sheet.notes)
+            if sheet
+            else _plain_page(picture, dpi, text)
+        )
     refuse_shown_twice(sheets)
     if remaining:
         raise InputError(
@@ -248,7 +237,7 @@ def _tag_source(
     inked = find_ink(prepared := source.prepared, pen, lines=source.lines, scale=scale)
     turn = 0 if source.movements else find_turn(inked, source.transcript, rng.spawn(1)[0])
     if turn:
-        say(f"  the page lies {orientation_name(turn)}: turned upright")
+        say(f"  the page lies {ORIENTATIONS[turn]}: turned upright")
         prepared = prepared.turn_quarters(turn)
         inked = find_ink(prepared, pen, scale=scale)
     if prepared.scan.told is None:
@@ -312,19 +301,12 @@ class FilledSheet:
     ink: Array
     notes: tuple[str, ...] = ()
 
-    def as_page(self, text: str | None) -> PageSource:
-        """The page to be read, with another text if one is given."""
-        prepared = prepare(self.scan)
-        return PageSource(prepared, self.transcript, notes=self.notes) if text is None else PageSource(prepared, text)
-
 
 def filled_sheet(scan: Scan | FilePicture) -> FilledSheet | None:
     """The prompt sheet in a scan or photograph, or None if there is none; its marks say how large it is.
 
     Raises InputError: there are marks of a sheet, but too few; or its codes cannot be read.
     """
-    import cv2
-
     from handout.prompting.sheet_detection import find_sheet, printed_on, rectify
 
     try:
@@ -335,20 +317,17 @@ def filled_sheet(scan: Scan | FilePicture) -> FilledSheet | None:
         return None
     dpi = min(float(round(sheet.dpi)), ENOUGH_DPI)
     flat = rectify(np.asarray(scan.rgb), sheet, dpi)
-    unprinted, ink, words = _without_print(flat, printed_on(sheet, dpi), sheet, dpi)
+    unprinted, ink, words = take_print_out(flat, printed_on(sheet, dpi), len(sheet.bands) > 0, dpi)
     lines = sheet.record.lines
-    boxes = np.rint(sheet.fields / 25.4 * dpi).astype(int).tolist()
-    inked, reddish = np.array(
-        [[np.count_nonzero(mask[top:foot, left:right]) for left, top, right, foot in boxes] for mask in (ink, words)]
+    of_letter, reddish, over_words = (
+        np.array([np.count_nonzero(mask[top:foot, left:right]) / dpi**2 for left, top, right, foot in boxes.tolist()])
+        * 25.4**2
+        / [len(line) for line in lines[: len(boxes)]]
+        for mask, places in ((ink, sheet.fields), (words, sheet.fields), (ink, sheet.bands))
+        for boxes in [np.rint(places / 25.4 * dpi).astype(int)]
     )
-    if reddish.sum() > _REDDISH * inked.sum():
-        raise InputError(
-            f"{scan.source}: its writing has the colour of the print, by which that is taken out: write with a pen "
-            "that is not red, or on sheets made with `handout hand prompt --plain`."
-        )
-    of_letter = inked / [len(line) for line in lines]
-    if np.quantile(of_letter, _FULL) * (25.4 / dpi) ** 2 < _NOTHING:
-        raise InputError(f"{scan.source}: nothing is written on the sheet.")
+    if fault := _ink_fault(of_letter, reddish, over_words):
+        raise InputError(f"{scan.source}: {fault}")
     empty = np.flatnonzero(of_letter < _EMPTY * np.quantile(of_letter, _FULL)).tolist()
     named = list_names([f"line {number + 1} (“{lines[number]}”)" for number in empty])
     notes = [f"{scan.source}: nothing is written on {named} of the sheet; left out of its text."] if empty else []
@@ -358,92 +337,43 @@ def filled_sheet(scan: Scan | FilePicture) -> FilledSheet | None:
     return FilledSheet(Scan(unprinted, dpi, scan.source, told=True), text, reduced, tuple(notes))
 
 
+def _ink_fault(of_letter: Array, reddish: Array, over_words: Array) -> str | None:
+    """Why the ink of a sheet cannot be read; all arrays (lines,), mm² a letter.
+
+    reddish : what has the colour of the print; over_words : ink over the printed words, none on a plain sheet.
+    """
+    if reddish.sum() > _REDDISH * of_letter.sum():
+        return (
+            "its writing has the colour of the print, by which that is taken out: write with a pen that is not red, or "
+            "on sheets made with `handout hand prompt --plain`."
+        )
+    if np.quantile(of_letter, _FULL) < _NOTHING:
+        return "nothing is written on the sheet."
+    if len(over_words) and np.quantile(over_words, 1 - _FULL) > _PRINT_LEFT:
+        return (
+            "its printed words are not orange, and cannot be told from the writing: scan or photograph it in colour, "
+            "or, where the printer has none, write on sheets made with `handout hand prompt --plain`."
+        )
+    return None
+
+
 def refuse_mirrored(scan: Scan | FilePicture) -> None:
     """Raise InputError for the mirror image of a sheet."""
     from handout.prompting.sheet_layout import register
 
-    try:
-        mirrored = register(np.ascontiguousarray(scan.rgb[:, ::-1])) is not None
-    except InputError:
-        mirrored = True
-    if mirrored:
-        raise InputError(
-            f"{scan.source} is mirrored: the marks of a sheet can be read only backwards. Scan it again without "
-            "mirroring, or flip the picture from left to right."
-        )
-
-
-def _without_print(
-    flat: NDArray[np.uint8], marks: NDArray[np.bool_], sheet: DetectedSheet, dpi: float
-) -> tuple[NDArray[np.uint8], NDArray[np.bool_], NDArray[np.bool_]]:
-    """The sheet (h, w, 3) with paper in place of its marks, words and lines; ink over words keeps its own colour.
-
-    Also returns where (h, w) something is written, and where something has the colour of the words.
-    """
-    import cv2
-
-    # of the paper as the light falls there: in a photograph's shadow all is dark
-    light = flat.astype(np.float32) / np.maximum(255 * find_paper(Scan(flat, dpi, "")).rows(0, len(flat)), 1)
-    # a scanner's colours lie a little apart at the edges of black strokes
-    light = np.asarray(cv2.GaussianBlur(light, (0, 0), 0.8))
-    red, blue = light[:, :, 0], light[:, :, 2]
-    near = words = np.zeros_like(marks)
-    if len(sheet.bands):
-        words = (red - blue > _LESS_BLUE) & (red > _MOST_RED) & ~marks
-        near = (_grow_mask(words, round(_OVER_PRINT / 25.4 * dpi)) > 0) & ~marks
-    # paper is taken from where there is neither print nor ink
-    paper = fill_smooth(flat, (marks | near | (_grow_mask(red < _LEAST_PAPER, 3) > 0)).astype(np.uint8))
-    pen = (red <= _MOST_RED) & ~marks
-    seen = words & ~(_grow_mask(pen, round(_BESIDE_PEN / 25.4 * dpi)) > 0)
-    result = np.where(marks[:, :, None], paper, flat)
-    result[near] = _ink_alone(flat, paper, (seen, pen & ~near, near))
-    written = np.asarray(result[:, :, 0] < _LEAST_PAPER * paper[:, :, 0].astype(np.float32))
-    return result, written, words
-
-
-def _ink_alone(
-    flat: NDArray[np.uint8], paper: NDArray[np.uint8], layers: tuple[NDArray[np.bool_], ...]
-) -> NDArray[np.uint8]:
-    """(n, 3): pixels of print with the ink over it alone, so that the pen has one colour throughout.
-
-    What two layers take of the light is multiplied, so their densities add: each pixel's is parted into that of the
-    print and that of the ink, least squares with neither below 0, and the ink's is kept: its colour is the pen's, how
-    dark it is its own.  What is no darker than print alone seems to be is paper.
-    Source: own method (two layers of Beer and Lambert).
-
-    paper : (h, w, 3), without ink and print.
-    layers : (h, w) each: where print is seen, where the pen has written, and the n pixels that may have both.
-    """
-    seen, pen, both = layers
-    if min(np.count_nonzero(seen), np.count_nonzero(pen)) < _ENOUGH:
-        return np.where(flat[both][:, :1] < _MOST_RED * paper[both][:, :1], flat[both], paper[both])
-
-    def density(where: NDArray[np.bool_]) -> Array:
-        taken = np.log(np.maximum(paper[where], 1.0)) - np.log(np.maximum(flat[where], 1.0))
-        return np.asarray(np.clip(taken, 0.0, _MOST_DENSE))
-
-    def of_pen(where: NDArray[np.bool_]) -> Array:
-        total = density(where)
-        of_print, of_pen = np.linalg.lstsq(colours.T, total.T, rcond=None)[0]
-        alone = total @ colours[1] / (colours[1] @ colours[1])
-        return np.asarray(np.maximum(np.where(of_print > 0, of_pen, alone), 0.0))
-
-    colours = np.array([np.median(density(seen), axis=0), np.median(density(pen), axis=0)])
-    left, none = of_pen(both), of_pen(seen)
-    left[left < np.median(none) + _UNLIKELY * np.median(np.abs(none - np.median(none)))] = 0.0
-    return np.asarray(np.rint(paper[both] * np.exp(-left[:, None] * colours[1])), dtype=np.uint8)
-
-
-def _grow_mask(mask: NDArray[np.bool_], by: int) -> NDArray[np.uint8]:
-    import cv2
-
-    size = 2 * by + 1
-    return np.asarray(cv2.dilate(mask.astype(np.uint8), np.ones((size, size), np.uint8)), dtype=np.uint8)
+    with suppress(InputError):
+        if register(np.ascontiguousarray(scan.rgb[:, ::-1])) is None:
+            return
+    raise InputError(
+        f"{scan.source} is mirrored: the marks of a sheet can be read only backwards. Scan it again without mirroring, "
+        "or flip the picture from left to right."
+    )
 
 
 _SURE = 0.35  # fit above which a page is believed to lie that way: pages the wrong way round have up to 0.1
 _LITTLE, _MUCH = 1.6, 0.6  # breadth of letters against the usual ones, where text is missing and where it is too long
-_QUARTERS = {1: "on its side, its top to the right", 2: "upside down", 3: "on its side, its top to the left"}
+# how a page lies that must be turned by so many quarters
+ORIENTATIONS = {1: "on its side, its top to the right", 2: "upside down", 3: "on its side, its top to the left"}
 
 
 def find_turn(inked: Inked, transcript: str, rng: np.random.Generator) -> int:
@@ -476,11 +406,6 @@ def find_turn(inked: Inked, transcript: str, rng: np.random.Generator) -> int:
             "mirroring, or flip the picture from left to right."
         )
     raise _reason(inked, lines, fit_as_is, gutter, breadth)
-
-
-def orientation_name(quarters: int) -> str:
-    """How a page lies that must be turned by that number of quarters."""
-    return _QUARTERS[quarters]
 
 
 def page_fit(

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from handout import units
 from handout.alphabet import JUNK, fold, resemble
 from handout.errors import InputError
-from handout.hand.measures import contradicted_cases, outsized_letters, reaching_lines
+from handout.hand.measures import contradicted_cases, outsized_letters, reaching_lines, unmarked_letters
 from handout.hand.page_editor import line_alone
 from handout.hand.places import graphemes, word_at
 from handout.hand.scanned import NOBODY, ScannedGlyph, ScannedHand, ScannedPage
@@ -101,11 +101,11 @@ def tag_page(
     glyphs, missing = extract_glyphs(page, alignment, *exchange_ink(page, alignment, letters))
     glyphs, cropped = doubt_cropped_glyphs(glyphs, written.graph, written.scan)
     alone = ScannedHand("", "", (page,), glyphs)
-    cases, reaching, outsized = (
+    cases, reaching, outsized, unmarked = (
         tuple(i for i in np.flatnonzero(find(alone)).tolist() if glyphs[i].line not in alignment.poor)
-        for find in (contradicted_cases, reaching_lines, outsized_letters)
+        for find in (contradicted_cases, reaching_lines, outsized_letters, unmarked_letters)
     )
-    odd = _odd_notes(page, glyphs, cases, reaching, sorted({*outsized} - {*cases, *reaching}))
+    odd = _odd_notes(page, glyphs, (cases, reaching, sorted({*outsized} - {*cases, *reaching}), unmarked))
     told = [*told, *_notes(page, alignment, missing), *odd, *cropped]
     notes = (*written.notes, *told)
     fits = tuple((line.number, line.fit) for line in alignment.lines)
@@ -257,24 +257,18 @@ def _word_notes(source: str, odd: Sequence[OddWord]) -> list[str]:
     return notes
 
 
-def _odd_notes(
-    page: ScannedPage,
-    glyphs: Sequence[ScannedGlyph],
-    cases: Sequence[int],
-    reaching: Sequence[int],
-    outsized: Sequence[int],
-) -> list[str]:
-    """Sentences of letters whose size says that the transcript has the wrong case, of those on two lines, and of those
-    that are too high."""
+def _odd_notes(page: ScannedPage, glyphs: Sequence[ScannedGlyph], odd: Sequence[Sequence[int]]) -> list[str]:
+    """Sentences of letters that are odd: as large as their other case, on two lines, too high, without their mark."""
     text = graphemes(page.transcript)
     case = "by their size these are not of the case that the transcript has"
     said = (
-        (cases, case, "Put it right where it is wrong, and read the page again"),
-        (reaching, "these hold ink of the line above or below", "Give it back with `handout hand tag`"),
-        (outsized, "these are far higher than others of their letter", "See whether one holds its neighbour's ink"),
+        (case, "Put it right where it is wrong, and read the page again"),
+        ("these hold ink of the line above or below", "Give it back with `handout hand tag`"),
+        ("these are far higher than others of their letter", "See whether one holds its neighbour's ink"),
+        ("these have no accent", "See whether a neighbour has it"),
     )
     notes = list[str]()
-    for numbers, what, way in said:
+    for numbers, (what, way) in zip(odd, said, strict=True):
         named = [f"{glyphs[i].letter} in “{word_at(text, glyphs[i].at)}” (line {glyphs[i].line + 1})" for i in numbers]
         if named:
             notes.append(f"{page.source}: {what}: {list_names(named)}. {way}; they are not written while others stand.")

@@ -70,3 +70,15 @@ def test_letters_that_hold_a_bar_of_their_neighbour_are_told(small_hand):
         small_hand, glyphs=tuple(replace(g, vertices=both) if i == taker else g for i, g in enumerate(glyphs))
     )
     assert measures.outsized_letters(given)[taker]
+
+
+def test_accented_letters_without_their_accent_are_told(small_hand):
+    def renamed(letter, name):
+        glyphs = tuple(replace(g, letter=name) if g.letter == letter else g for g in small_hand.glyphs)
+        return measures.unmarked_letters(replace(small_hand, glyphs=glyphs))
+
+    letters = np.array([glyph.letter for glyph in small_hand.glyphs])
+    assert not measures.unmarked_letters(small_hand).any()
+    assert renamed("e", "è")[letters == "e"].mean() > 0.95
+    assert renamed("i", "í")[letters == "i"].mean() < 0.05  # it has its dot
+    assert not renamed("e", "ę").any()  # its mark hangs below

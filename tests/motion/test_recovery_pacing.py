@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.signal import find_peaks
 
 from handout.motion.recovery.pen_paths import PenPath
 from handout.motion.timing import STROKE, curvature, sample_paths, time_in_air, time_paths, timed_strokes
@@ -61,6 +60,8 @@ def test_paths_know_nothing_of_one_another(order):
 
 
 def test_between_two_corners_speed_rises_and_falls_once_and_nearly_stops_in_them():
+    from scipy.signal import find_peaks  # not above: it takes .8 s of CPU, in every process of xdist
+
     t, speed, bend = profile(ZIGZAG)
     high, _ = find_peaks(speed, prominence=0.05 * speed.max())
     low, _ = find_peaks(-speed, prominence=0.05 * speed.max())
@@ -71,6 +72,8 @@ def test_between_two_corners_speed_rises_and_falls_once_and_nearly_stops_in_them
 
 
 def test_speed_follows_curvature_as_peoples_does():
+    from scipy.signal import find_peaks
+
     t, speed, _ = profile(loops())
     way = sample_paths([loops()])
     found = time_paths(way)

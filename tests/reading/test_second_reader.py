@@ -9,6 +9,7 @@ from handout.hand import library
 from handout.hand.author_reader import own_words
 from handout.pipeline import doctor, rereading
 from handout.reading import misreading, pictures, second_reader
+from handout.writing.legibility import misread_shares
 
 installed = pytest.mark.skipif(importlib.util.find_spec("rapidocr") is None, reason='the extra "reader" is wanted')
 
@@ -72,3 +73,24 @@ def test_what_both_see_counts(words):
         more = seen.copy()
         more[reader] = 0.98
         assert (weights.misread(before, more) > usual).all()
+
+
+@installed
+def test_it_looks_only_where_what_it_sees_may_matter(monkeypatch, words):
+    hand, looked = library.find("house-print-fountain"), list[int]()
+    read_all = second_reader.SecondReader.read_all
+    monkeypatch.setattr(
+        second_reader.SecondReader, "read_all", lambda self, shown: looked.append(len(shown)) or read_all(self, shown)
+    )
+    rng, weights = np.random.default_rng(2), misreading.load(2)
+    rereader = rereading.Rereader(hand, hand, 0)
+    rereader(rereading.write_words(hand, [word.text for word in words], rng))
+    assert looked[0] < len(words) / 2
+    readings, texts = rereading.read([word.picture for word in rereader.words]), [word.text for word in rereader.words]
+    seen = [misreading.shares_seen(each, texts) for each in zip(*readings, strict=True)]
+    of_glyph, of_letter = misread_shares(hand)
+    for word, *shares in zip(rereader.words, *seen, strict=True):
+        before = weights.before(of_glyph[word.numbers], of_letter[word.numbers])
+        full = 1 - np.prod(1 - weights.misread(before, np.array(shares)))
+        assert full <= word.wrong + 1e-9
+        assert word.wrong < weights.again or word.wrong == pytest.approx(full, abs=1e-6)

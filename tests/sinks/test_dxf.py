@@ -4,10 +4,8 @@ import io
 from dataclasses import replace
 from typing import Any
 
-import ezdxf
 import numpy as np
 import pytest
-from ezdxf.lldxf.encoding import decode_dxf_unicode
 from sample_drawings import CARD, loops
 
 from handout.sinks.dxf import outlines_dxf, to_dxf
@@ -19,6 +17,8 @@ _TOLD = {"words": ["Dear", "Größe,", "café"], "lines": [0, 2]}
 
 def read(data: bytes) -> Any:
     """What a reader of DXF makes of a file, in which it must find nothing to mend."""
+    import ezdxf  # not above: it takes .3 s of CPU, in every process of xdist
+
     document = ezdxf.read(io.StringIO(data.decode("ascii").replace("\r\n", "\n")))
     audit = document.audit()
     assert [entry.message for entry in (*audit.errors, *audit.fixes)] == []
@@ -30,6 +30,8 @@ def points(line: Any) -> Array:
 
 
 def names(document: Any) -> list[str]:
+    from ezdxf.lldxf.encoding import decode_dxf_unicode
+
     return [decode_dxf_unicode(layer.dxf.name) for layer in document.layers if layer.dxf.name not in ("0", "Defpoints")]
 
 

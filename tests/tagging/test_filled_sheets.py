@@ -33,7 +33,8 @@ def sheet(monkeypatch):
     """A sheet that lies straight and needs no finding."""
     found = SimpleNamespace(
         dpi=299.9, page=Page(60.0, 40.0), masks=np.array([[1.0, 1.0, 6.0, 6.0]]),
-        bands=np.array([[5.0, 9.0, 55.0, 14.0]]), record=SimpleNamespace(lines=("kept by me", "lost words")),
+        bands=np.array([[5.0, 9.0, 55.0, 14.0], [5.0, 32.0, 55.0, 37.0]]),
+        record=SimpleNamespace(lines=("kept by me", "lost words")),
         fields=np.array([[5.0, 18.0, 55.0, 21.5], [5.0, 28.0, 55.0, 31.5]]),
     )  # fmt: skip
     monkeypatch.setattr(sheet_detection, "find_sheet", lambda image: found)
@@ -123,3 +124,12 @@ def test_a_red_pen_is_refused(sheet):
 def test_a_blank_sheet_is_refused(sheet):
     with pytest.raises(InputError, match="nothing is written on the sheet"):
         filled_sheet(Scan(drawn(ink=False), DPI, "sheet.png"))
+
+
+def test_print_without_colour_is_refused(sheet):
+    both = drawn()
+    cv2.putText(both, "printed words", (80, 425), cv2.FONT_HERSHEY_SIMPLEX, 1.2, WORDS, 4, cv2.LINE_AA)
+    assert filled_sheet(Scan(both, DPI, "sheet.png")) is not None
+    grey = np.repeat(cv2.cvtColor(both, cv2.COLOR_RGB2GRAY)[:, :, None], 3, axis=2)
+    with pytest.raises(InputError, match=r"sheet\.png: its printed words are not orange.*in colour.*--plain"):
+        filled_sheet(Scan(grey, DPI, "sheet.png"))

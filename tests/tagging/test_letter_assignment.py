@@ -127,8 +127,16 @@ def test_two_dots_over_one_of_two_letters_that_have_dots_are_shared():
     strokes = [[(0.4, 0.9), (0.4, -0.5)], [(1.0, 0.9), (1.0, 0.0)], [(0.4, 1.4), (0.4, 1.5)], [(0.9, 1.4), (0.9, 1.5)]]
     _, found = given(strokes, ("j", 0, 0.95), ("i", 0.95, 1.5))
     assert found == [{0}, {1}, {0}, {1}]
+    # a letter with an accent takes it from there, too
+    assert given(strokes, ("j", 0, 0.95), ("é", 0.95, 1.5))[1] == [{0}, {1}, {0}, {1}]
     # a letter that has none stays without
     assert given(strokes, ("j", 0, 0.95), ("l", 0.95, 1.5))[1][2:] == [{0}, {0}]
+
+
+def test_both_dots_of_a_colon_are_its_own():
+    # the column of the letter before it ends too far to the right
+    strokes = [[(0.1, 0.9), (0.9, 0.0)], [(1.25, 0.85), (1.25, 0.8)], [(1.15, 0.1), (1.15, 0.05)]]
+    assert given(strokes, ("a", 0, 1.2), (":", 1.2, 1.5))[1] == [{0}, {1}, {1}]
 
 
 def test_the_last_stroke_of_a_word_is_its_letters():

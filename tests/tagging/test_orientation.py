@@ -9,7 +9,7 @@ from handout.errors import InputError
 from handout.scanning.scan import Scan
 from handout.scanning.text_lines import find_text_lines
 from handout.scanning.written_page import find_ink, prepare
-from handout.tagging.page_sources import find_turn, orientation_name
+from handout.tagging.page_sources import ORIENTATIONS, find_turn
 
 OTHER = "Quantum flux zig-zagged\nby 27 wax boxes, Dr. K\nwhy shrug at Puck?"
 
@@ -46,7 +46,7 @@ def test_a_page_that_lies_right_is_left_alone(inked, small_page):
 def test_a_page_that_lies_wrong_is_turned(inked, small_page, scanned, turn, said):
     wrong = lying(inked, lambda picture: np.rot90(picture, scanned))
     assert find_turn(wrong, small_page.written, rng()) == turn
-    assert said in orientation_name(turn)
+    assert said in ORIENTATIONS[turn]
     upright = wrong.prepared.turn_quarters(turn)
     assert np.array_equal(upright.scan.rgb, inked.prepared.scan.rgb)
 

@@ -149,6 +149,6 @@ def test_pages_are_numbered_on(small_page):
 def test_letters_that_hold_ink_of_another_line_are_named(small_hand):
     number = next(i for i, glyph in enumerate(small_hand.glyphs) if glyph.letter)
     glyph = small_hand.glyphs[number]
-    (note,) = page_tagging._odd_notes(small_hand.pages[0], small_hand.glyphs, (), (number,), ())
+    (note,) = page_tagging._odd_notes(small_hand.pages[0], small_hand.glyphs, ((), (number,), (), ()))
     assert f"ink of the line above or below: {glyph.letter} in “" in note and f"(line {glyph.line + 1})" in note
-    assert page_tagging._odd_notes(small_hand.pages[0], small_hand.glyphs, (), (), ()) == []
+    assert page_tagging._odd_notes(small_hand.pages[0], small_hand.glyphs, ((), (), (), ())) == []
