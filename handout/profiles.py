@@ -458,16 +458,11 @@ def locate(name: str, kind: str | None = None) -> Path:
     for other in KINDS:
         if f"{other}-{full(name)}" in files:
             raise ProfileError(f"{name} is a {other}, not a {kind} (see: handout devices list).")
-    near = _nearest(name, kinds)
+    choices = names(kind)
+    wanted = [f"{each}-{name}" for each in kinds if not name.startswith(f"{each}-")] or [name]
+    near = [one for each in wanted for one in difflib.get_close_matches(each, choices, 3, 0.6)][:3]
     hint = f"; the nearest: {', '.join(near)}" if near else ""
     raise ProfileError(f"No {kind or 'machine'} is called {name!r}{hint} (see: handout devices list).")
-
-
-def _nearest(name: str, kinds: list[str]) -> list[str]:
-    """Names of machines of some kinds that are like one that there is not."""
-    choices = names(kinds[0] if len(kinds) == 1 else None)
-    wanted = [f"{kind}-{name}" for kind in kinds if not name.startswith(f"{kind}-")] or [name]
-    return [near for each in wanted for near in difflib.get_close_matches(each, choices, 3, 0.6)][:3]
 
 
 def find(name: str, kind: str) -> Profile:

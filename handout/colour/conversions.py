@@ -45,11 +45,6 @@ def linear(rgb: ArrayLike) -> Array:
     return np.asarray(science().models.eotf_sRGB(np.asarray(rgb, dtype=np.float64)))
 
 
-def encode_light(light: ArrayLike) -> Array:
-    """(…, 3) sRGB values of light, the inverse of `linear`."""
-    return np.asarray(science().models.eotf_inverse_sRGB(light))
-
-
 def xyz(rgb: ArrayLike) -> Array:
     """(…, 3) CIE XYZ of scanned RGB (0–1 encoded), Y of white 1."""
     return np.asarray(linear(rgb) @ _TO_XYZ.T)
@@ -62,7 +57,7 @@ def xyz_d50(rgb: ArrayLike) -> Array:
 
 def rgb_of_xyz_d50(colours: Array) -> Array:
     """(n, 3) scanned RGB, not cut to 0–1; the inverse of `xyz_d50`."""
-    return encode_light(np.linalg.solve(100 * _TO_XYZ_D50, colours.T).T)
+    return np.asarray(science().models.eotf_inverse_sRGB(np.linalg.solve(100 * _TO_XYZ_D50, colours.T).T))
 
 
 def lab(rgb: ArrayLike) -> Array:

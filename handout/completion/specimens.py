@@ -71,7 +71,12 @@ def add_page(hand: ScannedHand, specimens: Sequence[Specimen]) -> ScannedHand:
         for specimen, spot in zip(specimens, spots, strict=True)
     ]
     pixels = _page_pixels(hand, specimens, laid, spots, page, like)
-    graph, first = _unite_graphs([graph for some in laid for graph in some], like.pixel)
+    # all lines as one graph on the sheet's own picture, and each one's first vertex
+    graphs = [graph for some in laid for graph in some]
+    first = np.cumsum([0, *map(len, graphs)]).tolist()
+    xy, radius, density = (np.concatenate([getattr(each, of) for each in graphs]) for of in ("xy", "radius", "density"))
+    edges = np.concatenate([each.edges + start for each, start in zip(graphs, first, strict=False)])
+    graph = LineGraph(xy, radius, density, xy / like.pixel - 0.5, edges)
     rows = np.unique(spots[:, 1])
     baselines = np.array([[row / like.pixel - 0.5, 0.0, 0.0, 0.0, 1.0] for row in rows])
     height, width = pixels.shape[:2]
@@ -148,16 +153,6 @@ def _page_pixels(
     pixels = np.zeros(rgba.shape, dtype=np.uint8)
     pixels[inked] = np.rint(values * 255)
     return pixels
-
-
-def _unite_graphs(graphs: Sequence[LineGraph], pixel: float) -> tuple[LineGraph, list[int]]:
-    """All lines as one graph on the sheet's own picture, and each one's first vertex."""
-    first = np.cumsum([0, *map(len, graphs)]).tolist()
-    xy, radius, density = (
-        np.concatenate([getattr(graph, name) for graph in graphs]) for name in ("xy", "radius", "density")
-    )
-    edges = np.concatenate([graph.edges + start for graph, start in zip(graphs, first, strict=False)])
-    return LineGraph(xy, radius, density, xy / pixel - 0.5, edges), first[:-1]
 
 
 def _glyphs(

@@ -123,11 +123,6 @@ def readable(word: str) -> bool:
     return bool(word) and pictures.known(word)
 
 
-def readable_words(hand: ScannedHand) -> list[OwnWord]:
-    """The words that are learnt of a hand's author."""
-    return [word for word in own_words(hand) if readable(word.text)][:OWN_WORDS]
-
-
 @lru_cache(maxsize=4)
 def author_reader(hand: ScannedHand) -> Reader:
     """The reader that knows a hand."""
@@ -137,7 +132,7 @@ def author_reader(hand: ScannedHand) -> Reader:
 
 def _weights(hand: ScannedHand) -> Array:
     """Of the reader's last layer; none where there is nothing to learn from."""
-    reader, words = pictures.load(), readable_words(hand)
+    reader, words = pictures.load(), [word for word in own_words(hand) if readable(word.text)][:OWN_WORDS]
     if not words:
         return np.zeros(0)
     seen = reader.features_of([word.picture for word in words])

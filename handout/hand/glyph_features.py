@@ -48,11 +48,8 @@ class _Ink:
     x: Array
     y: Array
 
-    def summed(self, each: Array) -> Array:
-        return np.asarray(np.add.reduceat(each, self.first[:-1]))
-
     def mean(self, each: Array) -> Array:
-        return self.summed(each) / np.diff(self.first)
+        return np.asarray(np.add.reduceat(each, self.first[:-1])) / np.diff(self.first)
 
     def most(self, each: Array) -> Array:
         return np.asarray(np.maximum.reduceat(each, self.first[:-1]))

@@ -119,7 +119,18 @@ def as_ink(page: ScannedPage, places: Sequence[tuple[float, float]], width: floa
     far = np.r_[0.0, np.cumsum(np.linalg.norm(np.diff(way, axis=0), axis=1))]
     count = max(2, int(np.ceil(far[-1] / _SETTINGS.step)) + 1)
     uv = np.column_stack([np.interp(np.linspace(0, far[-1], count), far, way[:, k]) for k in (0, 1)])
-    return _with_line(replace(page, texture=_add_ink(page, brush(page, places, width))), uv, width / 2)
+    # the texture with ink under a cover, its box wide enough for that
+    cover = brush(page, places, width)
+    texture = wide_enough(page, cover)
+    part, values = cover.overlap(texture.corner, texture.shape)
+    colour, opacity = usual_ink(page)
+    under = texture.pixels[part].copy()
+    alpha = (values * (opacity / 255)).astype(np.uint8)
+    under[(alpha > under[:, :, 3]) & (under[:, :, 3] == 0), :3] = colour
+    under[:, :, 3] = np.maximum(under[:, :, 3], alpha)
+    pixels = texture.pixels.copy()
+    pixels[part] = under
+    return _with_line(replace(page, texture=with_texture(texture, pixels)), uv, width / 2)
 
 
 def without_rule(
@@ -304,20 +315,6 @@ def _with_line(page: ScannedPage, uv: Array, radius: float) -> tuple[ScannedPage
 def with_texture(texture: Texture, pixels: NDArray[np.uint8]) -> Texture:
     """The texture with other pixels (h, w, 4)."""
     return Texture(texture.corner, texture.shape, lambda: pixels, texture.blue_first)
-
-
-def _add_ink(page: ScannedPage, cover: Cover) -> Texture:
-    """The texture with ink under a cover, its box wide enough for that."""
-    texture = wide_enough(page, cover)
-    part, values = cover.overlap(texture.corner, texture.shape)
-    colour, opacity = usual_ink(page)
-    under = texture.pixels[part].copy()
-    alpha = (values * (opacity / 255)).astype(np.uint8)
-    under[(alpha > under[:, :, 3]) & (under[:, :, 3] == 0), :3] = colour
-    under[:, :, 3] = np.maximum(under[:, :, 3], alpha)
-    pixels = texture.pixels.copy()
-    pixels[part] = under
-    return with_texture(texture, pixels)
 
 
 def wide_enough(page: ScannedPage, cover: Cover) -> Texture:

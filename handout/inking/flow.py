@@ -187,17 +187,14 @@ def _way(stroke: Stroke, curve: curves.Curve) -> tuple[Any, ...]:
     nib = np.zeros(count, dtype=np.complex128)
     if stroke.nib > 0 and stroke.rotation is not None:
         nib = 0.5 * stroke.nib * np.exp(1j * np.interp(middle, stroke.t, np.unwrap(stroke.rotation)))
-        width = width_across(nib, np.diff(place))
+        # how wide a line a flat nib leaves along its way, in the unit of `nib`, half its edge
+        way = np.diff(place)
+        along = way * nib.conj() / np.maximum(np.abs(way * nib), 1e-12)
+        width = np.asarray(2 * np.abs(nib) * (np.abs(along.imag) + NIB_THICKNESS * np.abs(along.real)))
     since = (s[:-1] + s[1:]) / 2
     turned = stroke.rotation is not None or stroke.azimuth is not None
     slope = np.interp(middle, stroke.t, footprints.edge(stroke)) if turned else np.full(count, np.nan)
     return place[:-1], place[1:], speed, dwell, press, length, width, nib, since, s[-1] - since, slope
-
-
-def width_across(nib: NDArray[np.complex128], way: NDArray[np.complex128]) -> Array:
-    """(m,): how wide a line a flat nib leaves along `way`, in the unit of `nib`, half its edge."""
-    along = way * nib.conj() / np.maximum(np.abs(way * nib), 1e-12)
-    return np.asarray(2 * np.abs(nib) * (np.abs(along.imag) + NIB_THICKNESS * np.abs(along.real)))
 
 
 def _add_noise(way: _FlowWay, radius: Array, load: Array, flow: Flow, rng: np.random.Generator) -> Pieces:

@@ -35,13 +35,13 @@ class InkSource:
         self.radius: Array = page.graph.radius / page.pixel
 
     @cached_property
-    def _by_band(self) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.int16]]:
-        """(n,) the vertices from left to right, (n,) their numbers there, band after band of the picture, and (n,) the
-        bands of those."""
+    def _by_band(self) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.int16], Array]:
+        """(n,) the vertices from left to right, (n,) their numbers there, band after band of the picture, (n,) the
+        bands of those, and (2, n) their places, pixels."""
         order = np.argsort(self.page.graph.uv[:, 0])
         band = np.floor(self.page.graph.uv[order, 1] / _BAND).astype(np.int16)  # which are sorted at once
         number = np.argsort(band, kind="stable")
-        return order, number, band[number]
+        return order, number, band[number], self.page.graph.uv.T.take(order[number], axis=1)
 
     @cached_property
     def premultiplied_ink(self) -> NDArray[np.uint8]:
@@ -79,10 +79,10 @@ class InkSource:
 
     def within(self, box: tuple[float, float, float, float]) -> NDArray[np.intp]:
         """Vertices (n,) inside a part of the picture (left, top, right, bottom), pixels."""
-        (order, number, band), (left, top, right, bottom) = self._by_band, box
-        near = number[slice(*band.searchsorted(np.floor([top / _BAND, bottom / _BAND + 1])))]
-        x, y = self.page.graph.uv[order[near]].T
-        return np.asarray(order[np.sort(near[(x > left) & (x < right) & (y > top) & (y < bottom)])])
+        (order, number, band, places), (left, top, right, bottom) = self._by_band, box
+        near = slice(*band.searchsorted(np.floor([top / _BAND, bottom / _BAND + 1]).astype(np.int16)))
+        x, y = places[:, near]
+        return np.asarray(order[np.sort(number[near][(x > left) & (x < right) & (y > top) & (y < bottom)])])
 
 
 def own_vertices(inks: Sequence[Ink], sources: Mapping[int, InkSource]) -> list[tuple[Array, NDArray[np.intp]]]:

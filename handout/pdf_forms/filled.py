@@ -107,7 +107,16 @@ def _appearance(document: Any, page: Any, annotation: Any, answered: Collection[
         look = _without_value(document, look, has_value=bool(find_inherited(annotation, "/V")))
     rectangle: Any = pikepdf.Rectangle(annotation.Rect)
     if not isinstance(look, pikepdf.Stream):
-        return _frame(rectangle, annotation.get("/MK", {}))
+        # the ground and the border of a field that has no appearance of its own
+        characteristics = annotation.get("/MK", {})
+        lines = []
+        sides = f"{rectangle.llx:.3f} {rectangle.lly:.3f} {rectangle.width:.3f} {rectangle.height:.3f} re"
+        for key, operators, paint in (("/BG", ("g", "rg", "k"), "f"), ("/BC", ("G", "RG", "K"), "S")):
+            colour = [float(part) for part in characteristics.get(key, ())]
+            if len(colour) in (1, 3, 4):
+                operator = operators[{1: 0, 3: 1, 4: 2}[len(colour)]]
+                lines.append(f"q {' '.join(f'{part:.4g}' for part in colour)} {operator} 1 w {sides} {paint} Q\n")
+        return "".join(lines).encode()
     return _place_appearance(page, look, rectangle)
 
 
@@ -135,18 +144,6 @@ def _place_appearance(page: Any, look: Any, rectangle: Any) -> bytes:
     a, d = rectangle.width / box.width, rectangle.height / box.height
     e, f = rectangle.llx - a * box.llx, rectangle.lly - d * box.lly
     return f"q {a:.6f} 0 0 {d:.6f} {e:.4f} {f:.4f} cm {_resource(page, look, '/XObject')} Do Q\n".encode()
-
-
-def _frame(rectangle: Any, characteristics: Any) -> bytes:
-    """The ground and the border of a field that has no appearance of its own."""
-    lines = []
-    sides = f"{rectangle.llx:.3f} {rectangle.lly:.3f} {rectangle.width:.3f} {rectangle.height:.3f} re"
-    for key, operators, paint in (("/BG", ("g", "rg", "k"), "f"), ("/BC", ("G", "RG", "K"), "S")):
-        colour = [float(part) for part in characteristics.get(key, ())]
-        if len(colour) in (1, 3, 4):
-            operator = operators[{1: 0, 3: 1, 4: 2}[len(colour)]]
-            lines.append(f"q {' '.join(f'{part:.4g}' for part in colour)} {operator} 1 w {sides} {paint} Q\n")
-    return "".join(lines).encode()
 
 
 def fill_form(base: bytes, form: PdfForm, writing: Mapping[int, tuple[bytes, bool]]) -> bytes:

@@ -224,37 +224,33 @@ def make_batch(name: str, ports: Sequence[str], at_zero: bool, *, listener: Page
     Raises InputError, DeviceError: it is not approved, or what the message says.
     """
     batch = find_batch(name)
-    with (batch.folder / PLAN).open("rb+") as plan:
+    with (batch.folder / PLAN).open("rb+") as held:
         try:
-            atomic.lock(plan)  # what its journal says is so until it is made
+            atomic.lock(held)  # what its journal says is so until it is made
         except OSError as error:
             raise InputError(f"The batch {name} is being made by another program: wait until it is through.") from error
-        return _make(batch, name, ports, at_zero, listener)
-
-
-def _make(batch: KeptBatch, name: str, ports: Sequence[str], at_zero: bool, listener: PageWire) -> Facts:
-    plan, merge = batch.plan, batch.merge
-    if merge.approved is None:
-        raise InputError(f"The proof of the batch {name} was not approved: approve it first.")
-    run = batch.run_for(ports)
-    if run is not None and run.ended == "done":
-        raise InputError(f"All of the batch {name} was made: keep it anew to make it once more.")
-    if plan.test:
-        atomic.write(batch.folder / TESTED, b"")
-        return {**show_batch(name), "complete": True}
-    # who keeps a batch anew and approves it wants all of it, whatever became of another with the same rows
-    afresh = run is None and plan.to != "pdf"
-    table = replace(plan.table, resume=run is not None, afresh=afresh, rows=_rows(batch))
-    shared = len(_queues(plan) if plan.to == "printer" else ports) > 1
-    try:
-        with AtPage(listener, shared) as page:
-            made = _print_or_plot(batch, table, (ports, at_zero), page)
-    except KeyboardInterrupt:
-        return {**show_batch(name), "complete": False}
-    told: dict[str, Any] = made.facts()
-    refused = {str(each["row"]): as_shown(each["reason"]) for each in told["failed"]}
-    atomic.write(batch.folder / REFUSED, json.dumps(refused).encode())
-    return {**show_batch(name), "complete": True, "made": {**told, "files": []}}
+        plan, merge = batch.plan, batch.merge
+        if merge.approved is None:
+            raise InputError(f"The proof of the batch {name} was not approved: approve it first.")
+        run = batch.run_for(ports)
+        if run is not None and run.ended == "done":
+            raise InputError(f"All of the batch {name} was made: keep it anew to make it once more.")
+        if plan.test:
+            atomic.write(batch.folder / TESTED, b"")
+            return {**show_batch(name), "complete": True}
+        # who keeps a batch anew and approves it wants all of it, whatever became of another with the same rows
+        afresh = run is None and plan.to != "pdf"
+        table = replace(plan.table, resume=run is not None, afresh=afresh, rows=_rows(batch))
+        shared = len(_queues(plan) if plan.to == "printer" else ports) > 1
+        try:
+            with AtPage(listener, shared) as page:
+                made = _print_or_plot(batch, table, (ports, at_zero), page)
+        except KeyboardInterrupt:
+            return {**show_batch(name), "complete": False}
+        told: dict[str, Any] = made.facts()
+        refused = {str(each["row"]): as_shown(each["reason"]) for each in told["failed"]}
+        atomic.write(batch.folder / REFUSED, json.dumps(refused).encode())
+        return {**show_batch(name), "complete": True, "made": {**told, "files": []}}
 
 
 def _rows(batch: KeptBatch) -> str:

@@ -88,11 +88,7 @@ def open_queue(profile: Printer, say: Say = lambda message: None) -> Queue:
         return FolderQueue(Path(profile.queue.removeprefix(_FOLDER) or "."), profile.format or "pdf")
     if profile.format not in ("", "pdf"):
         raise InputError(f"format: a CUPS queue takes pages as pdf, not as {profile.format}; leave --format out.")
-    return _cups(profile)
-
-
-def _cups(profile: Printer) -> CupsQueue:
-    """The profile's CUPS queue, or the system's default where it names none."""
+    # the profile's CUPS queue, or the system's default where it names none
     if shutil.which("lp") is None:
         raise PrinterError(NO_LP)
     queue_names = queues()

@@ -109,7 +109,11 @@ def _fill_pages(
             chosen.append(chooser.take(index))
             page.add(chosen[-1])
             missing.difference_update(chosen[-1])
-            tail = _shorter(tail, closing.sentences(missing, chosen), missing, page) if tail else []
+            if tail:  # without some of its words it never takes more lines, but newly chosen sentences may
+                fresh = closing.sentences(missing, chosen)
+                tail = [sentence for sentence in tail if not missing.isdisjoint(sentence)]
+                if len(" ".join(fresh)) < len(" ".join(tail)) and page.fits(" ".join(fresh)):
+                    tail = fresh
         for sentence in tail:
             page.add(sentence)
         chosen.extend(tail)
@@ -125,14 +129,6 @@ def _tail(closing: Closing, missing: set[str], chosen: list[str], page: _FilledP
         f"The {len(missing)} characters asked for do not fit on a page of {page.room} lines of {page.width}: "
         "ask for fewer of them."
     )
-
-
-def _shorter(tail: list[str], fresh: list[str], missing: set[str], page: _FilledPage) -> list[str]:
-    """The sentences of the tail that are still needed, or newly chosen ones where those are shorter."""
-    # with some of its words left out the tail never takes more lines, but a fresh one may
-    needed = [sentence for sentence in tail if not missing.isdisjoint(sentence)]
-    better = len(" ".join(fresh)) < len(" ".join(needed)) and page.fits(" ".join(fresh))
-    return fresh if better else needed
 
 
 def _choose_next(chooser: SentenceChooser, page: _FilledPage, first: set[int], tail: str) -> int | None:

@@ -45,25 +45,21 @@ def drawn(places: Array, radius: Array, edges: Indices) -> Array:
     """
     if not len(places):
         return np.zeros((HEIGHT, 1))
-    up = _press_heights(places[:, 1], float(radius.max()))
+    # heights over the baseline, with ascenders and descenders short enough for the picture
+    up, thick = places[:, 1], float(radius.max())
+    over, under, high, low = ABOVE - 1 - thick, BELOW - 1 - thick, float(up.max()), -float(up.min())
+    if high > over:
+        up = np.where(up > X_HEIGHT, X_HEIGHT + (up - X_HEIGHT) * (over - X_HEIGHT) / (high - X_HEIGHT), up)
+    up = np.where(up < 0, up * under / low, up) if low > under else up
     left = float((places[:, 0] - radius).min())
     width = min(int(float((places[:, 0] + radius).max()) - left) + 2, _WIDEST)
     fine = np.zeros((HEIGHT * _FINE, width * _FINE), dtype=np.uint8)
     points = np.column_stack([places[:, 0] - left, ABOVE - up]) * (_FINE * _PARTS)
     ends = np.rint(points).astype(np.int32)
-    thick = np.maximum(np.rint(2 * _FINE * radius), 1).astype(int)
-    of_edge = thick[edges].max(axis=1, initial=1)
+    wide = np.maximum(np.rint(2 * _FINE * radius), 1).astype(int)
+    of_edge = wide[edges].max(axis=1, initial=1)
     for thickness in np.unique(of_edge).tolist():
         cv2.polylines(fine, list(ends[edges[of_edge == thickness]]), False, 255, thickness, cv2.LINE_8, _SHIFT)
     for dot in np.flatnonzero(np.bincount(edges.ravel(), minlength=len(places)) == 0).tolist():
-        cv2.circle(fine, tuple(ends[dot].tolist()), int(thick[dot]) * _PARTS // 2, 255, -1, cv2.LINE_8, _SHIFT)
+        cv2.circle(fine, tuple(ends[dot].tolist()), int(wide[dot]) * _PARTS // 2, 255, -1, cv2.LINE_8, _SHIFT)
     return np.asarray(cv2.resize(fine, (width, HEIGHT), interpolation=cv2.INTER_AREA) / 255.0, dtype=np.float64)
-
-
-def _press_heights(up: Array, radius: float) -> Array:
-    """Heights over the baseline, with ascenders and descenders short enough for the picture."""
-    over, under = ABOVE - 1 - radius, BELOW - 1 - radius
-    high, low = float(up.max()), -float(up.min())
-    if high > over:
-        up = np.where(up > X_HEIGHT, X_HEIGHT + (up - X_HEIGHT) * (over - X_HEIGHT) / (high - X_HEIGHT), up)
-    return np.where(up < 0, up * under / low, up) if low > under else up

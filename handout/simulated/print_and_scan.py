@@ -171,13 +171,18 @@ def _read_page(body: bytes, objects: dict[int, bytes], dpi: float, path: Path) -
     picture, content = _PICTURE.search(body), _CONTENT.search(body)
     if picture is None or content is None:
         return size, sheet
-    pixels = _read_pixels(objects.get(int(picture.group(1)), b""), path)
+    image = objects.get(int(picture.group(1)), b"")
+    sizes = [re.search(rb"/" + side + rb" (\d+)", image) for side in (b"Width", b"Height")]
+    try:
+        wide, high = (int(side.group(1)) for side in sizes if side is not None)
+        pixels = np.frombuffer(zlib.decompress(_stream(image)), dtype=np.uint8).reshape(high, wide, 3)
+    except (ValueError, zlib.error) as error:
+        raise InputError(f"{path}: a picture in it cannot be read ({error}).") from error
     place = _PLACE.search(_stream(objects.get(int(content.group(1)), b"")))
     if place is None:
         raise InputError(f"{path}: a page whose picture has no place.")
     a, _, _, d, e, f = (float(number) for number in place.groups())
-    wide, high = a * dpi / _POINTS, d * dpi / _POINTS
-    if abs(wide - pixels.shape[1]) > 0.5 or abs(high - pixels.shape[0]) > 0.5:
+    if abs(a * dpi / _POINTS - pixels.shape[1]) > 0.5 or abs(d * dpi / _POINTS - pixels.shape[0]) > 0.5:
         picture_dpi = pixels.shape[1] / a * _POINTS
         raise InputError(f"{path}: made for {picture_dpi:.0f} dpi, and the printer has {dpi:g} dpi.")
     # what falls beside the sheet is lost
@@ -187,15 +192,6 @@ def _read_page(body: bytes, objects: dict[int, bytes], dpi: float, path: Path) -
     if rows.start < rows.stop and columns.start < columns.stop:
         sheet[rows, columns] = pixels[rows.start - y : rows.stop - y, columns.start - x : columns.stop - x]
     return size, sheet
-
-
-def _read_pixels(body: bytes, path: Path) -> NDArray[np.uint8]:
-    sizes = [re.search(rb"/" + side + rb" (\d+)", body) for side in (b"Width", b"Height")]
-    try:
-        width, height = (int(size.group(1)) for size in sizes if size is not None)
-        return np.frombuffer(zlib.decompress(_stream(body)), dtype=np.uint8).reshape(height, width, 3)
-    except (ValueError, zlib.error) as error:
-        raise InputError(f"{path}: a picture in it cannot be read ({error}).") from error
 
 
 def _stream(body: bytes) -> bytes:

@@ -98,7 +98,13 @@ def _read_statements(data: bytes, state: _UnipenState, include: Include, depth: 
                 raise InputError(f"The included file {wanted} is missing: put it beside this file, or into include/.")
             _read_statements(more, state, include, depth + 1)
         elif name in ("PEN_DOWN", "PEN_UP"):
-            samples = _samples(body, state, len(state.components))
+            width, number = len(state.coordinates), len(state.components)
+            rows = [line.split()[:width] for line in body.splitlines() if line.strip()]
+            try:
+                samples = np.array([[*map(float, row)] for row in rows], dtype=np.float64).reshape(-1, width)
+            except ValueError as error:
+                wrong = f"has a sample that is not {width} numbers"
+                raise InputError(f"Component {number} of this UNIPEN file {wrong}.") from error
             # an empty .PEN_UP only ends a movement; segments do not count it
             if name == "PEN_DOWN" or len(samples):
                 state.components.append((name == "PEN_DOWN", samples))
@@ -125,16 +131,6 @@ def _declare(name: str, body: str, state: _UnipenState) -> None:
             state.rate = value
         else:
             state.per_mm[match.group(1)] = value / 25.4 if match.group(2) == "INCH" else value
-
-
-def _samples(body: str, state: _UnipenState, number: int) -> Array:
-    """(n, channels): the numbers of a component."""
-    width = len(state.coordinates)
-    rows = [line.split() for line in body.splitlines() if line.strip()]
-    try:
-        return np.array([[float(value) for value in row[:width]] for row in rows], dtype=np.float64).reshape(-1, width)
-    except ValueError as error:
-        raise InputError(f"Component {number} of this UNIPEN file has a sample that is not {width} numbers.") from error
 
 
 def _segment(body: str, state: _UnipenState) -> None:

@@ -423,7 +423,10 @@ def _sampled(candidates: Candidates, place: int, seed: int | None) -> Candidates
 def index_glyphs(hand: ScannedHand) -> GlyphIndex:
     """The index of a hand's glyphs."""
     glyphs, count = hand.glyphs, len(hand.glyphs)
-    inner = _inner(hand)
+    inner = [np.zeros(len(page.graph), dtype=bool) for page in hand.pages]
+    for glyph in glyphs:
+        for way in glyph.ligatures:
+            inner[glyph.page][way.path[1:-1]] = True
     bodies = [glyph.vertices[~inner[glyph.page][glyph.vertices]] for glyph in glyphs]
     whole = [body if len(body) else glyph.vertices for body, glyph in zip(bodies, glyphs, strict=True)]
     exits, entries = _ligatures(hand)
@@ -504,15 +507,6 @@ def _joined_shares(hand: ScannedHand) -> tuple[Array, Array]:
 
 
 _PRIOR = 3.0  # pairs that all letters together count for
-
-
-def _inner(hand: ScannedHand) -> list[NDArray[np.bool_]]:
-    """For each page, which vertices lie inside a ligature."""
-    inner = [np.zeros(len(page.graph), dtype=bool) for page in hand.pages]
-    for glyph in hand.glyphs:
-        for way in glyph.ligatures:
-            inner[glyph.page][way.path[1:-1]] = True
-    return inner
 
 
 def _ligatures(hand: ScannedHand) -> tuple[Array, Array]:

@@ -85,19 +85,14 @@ def blend(out: Connector, into: Connector, out_xy: Array, into_xy: Array, unit: 
     away = float(np.hypot(*(ours[:, :2] - theirs[:, :2]).T).mean()) / unit
     share = float(np.clip((away - _ALIKE) / (_APART - _ALIKE), 0.0, 1.0))
     if share > 0:
-        way[:, :2] += share * (_direct(ours[:, :2], theirs[:, :2], t) - way[:, :2])
+        start, end, k = ours[0, :2], theirs[-1, :2], max(int(np.searchsorted(t, _TANGENT)), 1)
+        reach = float(np.hypot(*(end - start)))
+        leaving, coming = (
+            reach * step / max(float(np.hypot(*step)), 1e-9) for step in (ours[k, :2] - start, end - theirs[-1 - k, :2])
+        )
+        way[:, :2] += share * (cubic(start, leaving, end, coming, t) - way[:, :2])
     way[0], way[-1] = ours[0], theirs[-1]
     return t, way[:, :2], way[:, 2]
-
-
-def _direct(ours: Array, theirs: Array, t: Array) -> Array:
-    """(n, 2): the cubic from the start of one way to the end of another that keeps both their directions."""
-    start, end = ours[0], theirs[-1]
-    reach = float(np.hypot(*(end - start)))
-    k = max(int(np.searchsorted(t, _TANGENT)), 1)
-    leaving, coming = ours[k] - start, end - theirs[-1 - k]
-    leaving, coming = (reach * way / max(float(np.hypot(*way)), 1e-9) for way in (leaving, coming))
-    return cubic(start, leaving, end, coming, t)
 
 
 def cubic(start: Array, leaving: Array, end: Array, coming: Array, at: Array) -> Array:

@@ -273,14 +273,10 @@ class SpacingModel:
         wide = (upright + self.sides.across(numbers[first], numbers[second])).min()
         narrow = (upright + self.sides.between(numbers[first], numbers[second])).min()
         less = max(wide - self.gaps.zone, 0.0) if np.isfinite(wide) else 0.0
-        less = min(less, max(self._slack(numbers[k], numbers[k + 1], away[k]), 0.0))
+        left, right, kind = numbers[[k]], numbers[[k + 1]], np.array([WORDS])
+        clear = away[k] - self.lean[right[0]] + self.lean[left[0]] + self.sides.clearance(left, right, kind)[0]
+        less = min(less, max(float(clear - self.gaps.low[WORDS]), 0.0))
         return float(away[k] - less + max(self.gaps.word - narrow + less, 0.0))
-
-    def _slack(self, first: int, second: int, away: float) -> float:
-        """By how much the clearance of two words exceeds the least on the pages."""
-        upright = away - self.lean[second] + self.lean[first]
-        left, right, kind = np.array([first]), np.array([second]), np.array([WORDS])
-        return float(upright + self.sides.clearance(left, right, kind)[0] - self.gaps.low[WORDS])
 
     @cached_property
     def settle(self) -> Callable[[int, int, float, tuple[float, float], float], float]:
@@ -460,9 +456,13 @@ class HeightModel:
 
     def heights_of(self, numbers: Indices, new_word: NDArray[np.bool_], chances: Chances, variation: float) -> Array:
         """(n,): see `heights`."""
-        joined = self._ligature_rises(numbers, new_word)
+        joined: list[Array | None] = []  # what the ligatures from each glyph to the next say of the rise
+        for at in range(len(numbers) - 1):
+            first, second = self.forms[int(numbers[at])], self.forms[int(numbers[at + 1])]
+            pairs = () if new_word[at + 1] else matches(first, second)
+            joined.append(rises(first, second, pairs) if pairs else None)
         free = self.marks[numbers].copy()
-        for k in np.flatnonzero([pairs is not None for pairs in joined]):
+        for k in np.flatnonzero([said is not None for said in joined]):
             free[k : k + 2] = False
         y = self.height[numbers].copy()
         chain = np.flatnonzero(~free)
@@ -472,20 +472,6 @@ class HeightModel:
             y[chain] = smoothed(y[chain], rise, np.maximum(deviation, LEAST), self.hold)
         return y
 
-    def _ligature_rises(self, numbers: Indices, new_word: NDArray[np.bool_]) -> list[Array | None]:
-        """What the ligatures from each glyph to the next say of the rise; None without any."""
-        all_rises: list[Array | None] = []
-        for k in range(len(numbers) - 1):
-            first, second = self.forms[int(numbers[k])], self.forms[int(numbers[k + 1])]
-            pairs = () if new_word[k + 1] else matches(first, second)
-            all_rises.append(rises(first, second, pairs) if pairs else None)
-        return all_rises
-
-    def _sourced(self, numbers: Indices, new_word: NDArray[np.bool_]) -> NDArray[np.bool_]:
-        """(n − 1,) whether each glyph and the next were neighbours in the source, in one word or not as here."""
-        neighbours, second = self.neighbours, numbers[1:]
-        return np.asarray((neighbours.after[numbers[:-1]] == second) & (neighbours.parted[second] == new_word[1:]))
-
     def _rises(
         self, numbers: Indices, chain: Indices, new_word: NDArray[np.bool_], joined: list[Array | None]
     ) -> tuple[Array, Array]:
@@ -494,19 +480,21 @@ class HeightModel:
         parted = np.logical_or.reduceat(new_word[: chain[-1] + 1], chain[:-1] + 1)
         rise = self.predicted[second] - self.predicted[first]
         deviation = self.deviation[parted.astype(np.intp)]
-        source = np.logical_and.reduceat(self._sourced(numbers, new_word)[: chain[-1]], chain[:-1])
+        # whether each glyph and the next were neighbours in the source, in one word or not as here
+        after, beside = self.neighbours.after[numbers[:-1]], self.neighbours.parted[numbers[1:]]
+        sourced = (after == numbers[1:]) & (beside == new_word[1:])
+        source = np.logical_and.reduceat(sourced[: chain[-1]], chain[:-1])
         rise = np.where(source, self.height[second] - self.height[first], rise)
         deviation = np.where(source, 0.0, deviation)
         for k in np.flatnonzero((np.diff(chain) == 1) & ~source):
             ligature_rises = joined[chain[k]]
             if ligature_rises is not None:
-                rise[k], deviation[k] = self._combined(ligature_rises, rise[k], deviation[k])
+                # each of ligatures and shapes weighs as far as it can be trusted in this hand
+                ours = max(float(np.ptp(ligature_rises)) / 4, self.ligature_deviation) ** -2.0
+                theirs = deviation[k] ** -2.0
+                rise[k] = (ours * float(ligature_rises.mean()) + theirs * rise[k]) / (ours + theirs)
+                deviation[k] = (ours + theirs) ** -0.5
         return rise, deviation
-
-    def _combined(self, ligature_rises: Array, predicted: float, deviation: float) -> tuple[float, float]:
-        """What ligatures and shapes say together: each weighs as far as it can be trusted in this hand."""
-        ours, theirs = max(float(np.ptp(ligature_rises)) / 4, self.ligature_deviation) ** -2.0, deviation**-2.0
-        return (ours * float(ligature_rises.mean()) + theirs * predicted) / (ours + theirs), (ours + theirs) ** -0.5
 
 
 def smoothed(height: Array, rise: Array, deviation: Array, hold: float = 1.0) -> Array:

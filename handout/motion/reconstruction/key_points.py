@@ -56,11 +56,7 @@ def find(xy: Array, *, cusps: bool = True) -> KeyPoints:
         sharp = sharp[turn[sharp] >= 1 - np.cos(_CUSP)] + _NEAR
         more = [cusp for cusp in sharp if not (np.abs(turns - cusp) <= 8).any() and 3 < cusp < len(xy) - 4]
     index = np.unique(np.concatenate([[0], turns, more, [len(xy) - 1]])).astype(np.intp)
-    return KeyPoints(_cut_where_bent(xy, index), turning)
-
-
-def _cut_where_bent(xy: Array, index: Index) -> Index:
-    """The key points; a segment much longer than its chord also gets the point farthest from both its ends."""
+    # the key points; a segment much longer than its chord also gets the point farthest from both its ends
     out = [int(index[0])]
     for a, b in zip(index[:-1].tolist(), index[1:].tolist(), strict=True):
         piece = xy[a : b + 1]
@@ -72,7 +68,7 @@ def _cut_where_bent(xy: Array, index: Index) -> Index:
             if min(far - a, b - far) > 3:
                 out.append(far)
         out.append(b)
-    return np.array(out, dtype=np.intp)
+    return KeyPoints(np.array(out, dtype=np.intp), turning)
 
 
 def resample_path(xy: Array, count: int) -> Array:

@@ -6,7 +6,7 @@ crossbars there are, searches traversals of what is left, and adds to the cost o
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
 from typing import TypeAlias
@@ -147,7 +147,17 @@ class _TracedLetter:
         if self.laid is None:
             return total, None
         places = {stroke: self.net.xy[path] for stroke, path in self._path_of.items()}
-        unlike, drawn = _form_costs(self.traversals, self.foreign, places, self.laid, line)
+        # how much traversals cost for being unlike the forms of a letter, and the drawn form that each is most like
+        weights, forms, foreign = letter_forms.WEIGHTS, self.laid.forms, self.foreign
+        parts = [
+            [places[s] for s in traversal.strokes if s not in foreign] or [places[s] for s in traversal.strokes]
+            for traversal in self.traversals
+        ]
+        apart = form_distances(parts, forms, self.laid.xy, entered=bool(line.entries), left=bool(line.exits))
+        unlike = weights.unlike * apart + forms.cost
+        lifts = np.array([len(traversal.strokes) - 1 for traversal in self.traversals])
+        unlike -= weights.spared * np.minimum(lifts[:, None], forms.strokes - 1)
+        unlike, drawn = unlike.min(axis=1), np.where(forms.drawn, unlike, np.inf).argmin(axis=1)
         return total + unlike, drawn
 
     def strokes(self, number: int) -> list[Indices]:
@@ -253,13 +263,6 @@ def _with_crossbars(
     return barred or beam_search(net, line.x_height, ends, weights=weights, most=_TRAVERSALS)
 
 
-def _bar_starts(net: BranchNetwork, ends: Ends, foreign: _Chains) -> list[int]:
-    """Loose ends where a letter's own crossbar may begin."""
-    passed = {e >> 1 for chain in foreign for e in chain}
-    loose = (e for e in range(len(net.node)) if net.is_loose(e))
-    return [e for e in loose if e >> 1 not in passed and e not in ends.entries]
-
-
 def _beside_bars(
     net: BranchNetwork, x_height: float, bars: _Chains, ends: Ends, weights: CostWeights, laid: _Laid | None
 ) -> list[Traversal]:
@@ -283,29 +286,16 @@ def _beside_bars(
     ]
 
 
+def _bar_starts(net: BranchNetwork, ends: Ends, foreign: _Chains) -> list[int]:
+    """Loose ends where a letter's own crossbar may begin."""
+    passed = {e >> 1 for chain in foreign for e in chain}
+    loose = (e for e in range(len(net.node)) if net.is_loose(e))
+    return [e for e in loose if e >> 1 not in passed and e not in ends.entries]
+
+
 def _ends_at(net: BranchNetwork, vertices: Sequence[int]) -> list[int]:
     """The ends at some nodes."""
     return [end for end, node in enumerate(net.node.tolist()) if node in vertices]
-
-
-def _form_costs(
-    traversals: Sequence[Traversal],
-    foreign: _Chains,
-    places: Mapping[tuple[int, ...], Array],
-    laid: _Laid,
-    line: LetterLine,
-) -> tuple[Array, Indices]:
-    """How much traversals cost for being unlike the forms of a letter, and the drawn form that each is most like."""
-    weights, forms = letter_forms.WEIGHTS, laid.forms
-    parts = [
-        [places[s] for s in traversal.strokes if s not in foreign] or [places[s] for s in traversal.strokes]
-        for traversal in traversals
-    ]
-    apart = form_distances(parts, forms, laid.xy, entered=bool(line.entries), left=bool(line.exits))
-    unlike = weights.unlike * apart + forms.cost
-    lifts = np.array([len(traversal.strokes) - 1 for traversal in traversals])
-    unlike -= weights.spared * np.minimum(lifts[:, None], forms.strokes - 1)
-    return unlike.min(axis=1), np.where(forms.drawn, unlike, np.inf).argmin(axis=1)
 
 
 def _with_overlap(path: Indices, line: LetterLine) -> Indices:

@@ -364,7 +364,15 @@ def edge_costs(net: BranchNetwork, x_height: float, ends: Ends, weights: CostWei
         landing[end] += weights.first
     for end in (*ends.entries, *ends.bar_entries):
         leaving[end] += weights.first
-    air = _air_moves(net, x_height, weights, landing)
+    # `EdgeCosts.air`
+    places = net.xy[net.node]
+    away = places[None] - places[:, None]
+    # a pen goes back to the left only for what it has left out
+    jump = weights.jump * (np.hypot(away[..., 0], away[..., 1]) + np.maximum(-away[..., 0], 0)) / x_height
+    jump += np.array(landing)
+    order = np.argsort(jump, axis=1, kind="stable")
+    ranked = zip(np.take_along_axis(jump, order, axis=1).tolist(), order.tolist(), strict=True)
+    air = [list(zip(row, ends, strict=True)) for row, ends in ranked]
     crossings = sum(1 << b for b in np.flatnonzero(net.length < SHORT).tolist())
     turning = _turning(net, {*ends.entries, *ends.exits, *ends.bar_entries}, weights)
     return EdgeCosts(turning, passing, again, third, once, landing, leaving, air, crossings, frozenset(ends.exits))
@@ -394,20 +402,6 @@ def _stroke_ends(net: BranchNetwork, passing: float, meeting: float) -> list[flo
         degree, loop = len(net.ends_at[node]), node == nodes[end ^ 1]
         costs.append(0.0 if degree == 1 else passing if degree == 2 and not loop else meeting)
     return costs
-
-
-def _air_moves(
-    net: BranchNetwork, x_height: float, weights: CostWeights, landing: Sequence[float]
-) -> list[list[tuple[float, int]]]:
-    """`EdgeCosts.air`."""
-    places = net.xy[net.node]
-    away = places[None] - places[:, None]
-    # a pen goes back to the left only for what it has left out
-    jump = weights.jump * (np.hypot(away[..., 0], away[..., 1]) + np.maximum(-away[..., 0], 0)) / x_height
-    jump += np.array(landing)
-    order = np.argsort(jump, axis=1, kind="stable")
-    ranked = zip(np.take_along_axis(jump, order, axis=1).tolist(), order.tolist(), strict=True)
-    return [list(zip(row, ends, strict=True)) for row, ends in ranked]
 
 
 def _gap_costs(net: BranchNetwork, loose: Sequence[int], weights: CostWeights) -> Iterator[tuple[int, int, float]]:

@@ -62,7 +62,13 @@ def cut_path(path: Trajectory, rate: float, shortest: float, deviation: float) -
     Segments and path are within `deviation` + `shortest` of each other.
     """
     turning = _turning_points(path, 1.0 / rate)
-    breakpoints = _evenly(turning, path.stroke_at(turning), rate)
+    # between those of one stroke as many more, evenly in time, as the rate asks for
+    gaps, stroke = np.diff(turning), path.stroke_at(turning)
+    pieces = np.where(stroke[1:] == stroke[:-1], np.ceil(gaps * rate - 1e-6), 1).astype(int)
+    pieces = np.maximum(pieces, 1)
+    start = np.repeat(np.arange(len(gaps)), pieces)
+    count = np.arange(len(start)) - np.repeat(np.cumsum(pieces) - pieces, pieces)
+    breakpoints = np.append(turning[start] + gaps[start] * count / pieces[start], turning[-1])
     breakpoints = _merge(path, _follow(path, breakpoints, deviation), turning, shortest)
     return Trajectory(breakpoints, path.places_at(breakpoints), path.stroke_at(breakpoints))
 
@@ -78,34 +84,18 @@ def _turning_points(path: Trajectory, interval: float) -> Array:
     moved = path.places_at(late) - path.places_at(early)
     speed = np.sqrt((moved * moved).sum(axis=1)) / np.maximum(late - early, _TINY)
     least = np.flatnonzero((speed[1:-1] < speed[:-2]) & (speed[1:-1] <= speed[2:])) + 1
-    slowest_first = t[least[np.argsort(speed[least], kind="stable")]]
-    return _keep_apart(np.union1d(t[first], t[last]), slowest_first, 2 * interval)
+    chosen = np.union1d(t[first], t[last]).tolist()
+    for time in t[least[np.argsort(speed[least], kind="stable")]].tolist():  # the slowest first
+        place = bisect.bisect(chosen, time)
+        if time - chosen[place - 1] >= 2 * interval and (place == len(chosen) or chosen[place] - time >= 2 * interval):
+            chosen.insert(place, time)
+    return np.array(chosen)
 
 
 def stroke_ends(stroke: Index) -> tuple[Index, Index]:
     """Index of the first and of the last sample of every stroke."""
     first = np.flatnonzero(np.diff(stroke, prepend=-1))
     return first, np.append(first[1:], len(stroke)) - 1
-
-
-def _keep_apart(fixed: Array, wanted: Array, gap: float) -> Array:
-    """The fixed times, and in their order the wanted times that keep the gap from all times taken before."""
-    chosen = fixed.tolist()
-    for time in wanted.tolist():
-        place = bisect.bisect(chosen, time)
-        if time - chosen[place - 1] >= gap and (place == len(chosen) or chosen[place] - time >= gap):
-            chosen.insert(place, time)
-    return np.array(chosen)
-
-
-def _evenly(breakpoints: Array, stroke_of: Index, rate: float) -> Array:
-    """The breakpoints, and between those of one stroke as many more, evenly in time, as the rate asks for."""
-    gaps = np.diff(breakpoints)
-    pieces = np.where(stroke_of[1:] == stroke_of[:-1], np.ceil(gaps * rate - 1e-6), 1).astype(int)
-    pieces = np.maximum(pieces, 1)
-    start = np.repeat(np.arange(len(gaps)), pieces)
-    count = np.arange(len(start)) - np.repeat(np.cumsum(pieces) - pieces, pieces)
-    return np.append(breakpoints[start] + gaps[start] * count / pieces[start], breakpoints[-1])
 
 
 def _follow(path: Trajectory, breakpoints: Array, deviation: float) -> Array:

@@ -9,7 +9,7 @@ paths and transforms in silence, recurses without end where a `use` uses itself,
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from itertools import pairwise
 from typing import Any
 from xml.etree.ElementTree import Element
@@ -23,7 +23,7 @@ from handout.sources.drawing_json import JsonPage
 from handout.sources.recorded import LIFT, MARGIN, MOST, PACE, refuse_far, refuse_many
 from handout.sources.svg.document import Subpath, Walk, size
 from handout.sources.svg.styles import PX
-from handout.values import Array, Drawing, Page, Stroke
+from handout.values import Drawing, Page, Stroke
 
 __all__ = ["from_svg"]
 
@@ -158,11 +158,7 @@ def _read_timed_stroke(line: Subpath) -> Stroke:
     u = u[:, None]
     v = 1 - u
     xy = np.concatenate([line.path[:1], v**3 * a + 3 * v**2 * u * b + 3 * v * u**2 * c + u**3 * d])
-    return Stroke(t, xy, word=word, layer=layer, colour=colour, **_mark(attributes, knots, t))
-
-
-def _mark(attributes: Mapping[str, str], knots: Array, t: Array) -> dict[str, Any]:
-    """Width of a stroke, and its flat nib, where the file has them at its knots (k,) s, for samples (n,) s."""
+    # width of a stroke, and its flat nib, where the file has them at its knots (k,) s, for samples (n,) s
     mark: dict[str, Any] = {}
     for name, channel in (("data-w", "width"), ("data-rotation", "rotation")):
         if name in attributes:
@@ -170,4 +166,4 @@ def _mark(attributes: Mapping[str, str], knots: Array, t: Array) -> dict[str, An
             mark[channel] = np.interp(t, knots, np.broadcast_to(values, len(knots)))
     if "data-nib" in attributes:
         mark["nib"] = float(attributes["data-nib"])
-    return mark
+    return Stroke(t, xy, word=word, layer=layer, colour=colour, **mark)

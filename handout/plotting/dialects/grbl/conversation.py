@@ -295,7 +295,17 @@ def connect_grbl(port: Port, profile: Plotter, log: Log) -> tuple[GrblConversati
     """
     conversation = GrblConversation(port, profile.port.buffer, profile.port.timeout, log)
     restarted = _wake(conversation, profile)
-    info = _questions(conversation)
+    # ask who it is, again if the first question is refused: half a line from before may stand in front of it
+    info = ControllerInfo()
+    for _ in range(3):
+        with contextlib.suppress(DeviceAlarm):
+            info.note(conversation.ask(b"$I\n"))
+            break
+    if "FluidNC" in info.version:  # which reports by itself where it was told to, on a WebSocket always
+        with contextlib.suppress(DeviceAlarm):
+            conversation.ask(b"$RI=0\n")
+    info.note(conversation.ask(b"$$\n"))
+    info.note(conversation.ask(b"$G\n") + conversation.ask(b"$#\n"))
     info.uninterrupted &= not restarted
     status = conversation.status()
     info.locked, info.place = status.state == "Alarm", tuple(at * info.scale for at in status.field("MPos"))
@@ -343,21 +353,6 @@ def _let_finish(conversation: GrblConversation, status: Status) -> None:
             status = reply if isinstance(reply, Status) else status
         conversation.replies(GLANCE)
     conversation.hear_out()  # what it still has to say to somebody else
-
-
-def _questions(conversation: GrblConversation) -> ControllerInfo:
-    """Ask who it is, again if the first question is refused: half a line from before may stand in front of it."""
-    info = ControllerInfo()
-    for _ in range(3):
-        with contextlib.suppress(DeviceAlarm):
-            info.note(conversation.ask(b"$I\n"))
-            break
-    if "FluidNC" in info.version:  # which reports by itself where it was told to, on a WebSocket always
-        with contextlib.suppress(DeviceAlarm):
-            conversation.ask(b"$RI=0\n")
-    info.note(conversation.ask(b"$$\n"))
-    info.note(conversation.ask(b"$G\n") + conversation.ask(b"$#\n"))
-    return info
 
 
 def _unlock(conversation: GrblConversation, profile: Plotter, info: ControllerInfo, log: Log) -> None:
