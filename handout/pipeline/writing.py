@@ -90,6 +90,8 @@ def open_document(
         return TextDocument(source.text, prepare(writing, sheet, picture))
     asked = [f"--{name}" for name in ("style", "pose") if getattr(writing, name) is not None]
     notes = [f"{' and '.join(asked)}: a drawing is taken as it is; handout restyle moves it anew."] if asked else []
+    if kept := [f"--{name}" for name in ("page", "margin") if getattr(sheet, name) is not None]:
+        notes.append(f"{' and '.join(kept)}: a drawing keeps its own page.")
     plain = replace(writing, style=None, prime=None, temperature=None, pose=None)
     task = prepare(plain, sheet, picture, lined=False)
     from handout.pipeline.svg_texts import with_texts

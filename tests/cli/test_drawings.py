@@ -34,10 +34,12 @@ def run(*arguments):
 
 
 def test_a_drawing_is_previewed_and_what_is_left_out_is_said(folder):
-    done = run("plot", "drawing.svg", "--dry-run", "preview.json", "--json", "--svg-text", "leave")
+    sheet = ("--page", "A5", "--margin", "9mm")
+    done = run("plot", "drawing.svg", "--dry-run", "preview.json", "--json", "--svg-text", "leave", *sheet)
     facts = json.loads(done.stdout)
     assert (facts["strokes"], facts["pages"], facts["characters"]) == (4, 1, 0)
     assert "Left out of drawing.svg: 1 x text" in done.stderr
+    assert "--page and --margin: a drawing keeps its own page." in done.stderr
     drawing = read_drawing("preview.json")
     assert [stroke.layer for stroke in drawing.strokes] == ["frame", "", "", ""] and not drawing.timed
 
