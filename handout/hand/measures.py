@@ -195,7 +195,7 @@ def outsized_letters(hand: ScannedHand) -> NDArray[np.bool_]:
 def unmarked_letters(hand: ScannedHand) -> NDArray[np.bool_]:
     """(n,): small letters with a mark above that hold none: a neighbour has it, or it was not written.
 
-    Of 145 such letters of two people's pages, and of prompt sheets with their writing, 12 are so, by eye all rightly.
+    Of 145 such letters of two people, by which the bounds were set, 13 are so, of 247 of nine others 19: by eye all.
 
     Source: own method.
     """

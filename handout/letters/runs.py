@@ -32,7 +32,7 @@ from handout.writing.choosing import NO_REWRITES, GlyphChooser, Rewrites
 from handout.writing.compose import Proofreader, handwriting, keep_setting
 from handout.writing.pages import Handwriting, Unit, Word
 from handout.writing.slips import slip
-from handout.writing.text import FormulaLetters, Piece, normalise, paragraphs_of
+from handout.writing.text import FormulaLetters, Piece, may_part, normalise, paragraphs_of
 
 _BREAK_AFTER = frozenset("-–—/")  # a line may end behind these though there is no space
 _TOUCHING = 0.12  # x-heights between what two hands write of one word
@@ -255,7 +255,7 @@ def _part_pieces(pieces: Sequence[Piece], spans: Sequence[TextSpan]) -> Iterator
 
 def _words(units: Iterator[Unit[Any]], run: Run, ratio: float, spans: Sequence[TextSpan]) -> Iterator[LetterWord]:
     """The set words of a run, in usual x-heights of the letter."""
-    last = ""
+    last: tuple[str, ...] = ()
     for number, unit in enumerate(units):
         word = unit.word
         own = tuple(spans[at].manner for at in word.at)
@@ -267,7 +267,7 @@ def _words(units: Iterator[Unit[Any]], run: Run, ratio: float, spans: Sequence[T
         scaled: Word[Any] = Word(
             (), word.extents * scale, (), word.spelt, word.advance * scale, word.left * scale, word.right * scale
         )
-        breakable = number > 0 and (unit.gap > 0 or last in _BREAK_AFTER)
+        breakable = number > 0 and (unit.gap > 0 or last[-1] in _BREAK_AFTER) and may_part(last, word.spelt)
         yield LetterWord(
             scaled,
             gap * scale,
@@ -278,7 +278,7 @@ def _words(units: Iterator[Unit[Any]], run: Run, ratio: float, spans: Sequence[T
             breakable=breakable,
             line=spans[word.at[0]].line,
         )
-        last = word.spelt[-1]
+        last = word.spelt
 
 
 def lines_of(runs: Runs, writers: Mapping[str, Writer]) -> dict[int, list[list[LetterWord]]]:

@@ -398,7 +398,9 @@ def lines(fields: Fields, number_first: bool = False) -> tuple[tuple[str, ...], 
     ) or UNKNOWN
     if set(fields) & PARTS:
         written = _order_lines(fields, country, number_first)
-        if not set(fields) & {"city", "place", "postcode"}:
+        # a cell "01067 Dresden" under "PLZ" names it; the order of a city state has it
+        spelt = re.search(r"[^\W\d_]{3}", _first_of(fields, "postcode")) or "%C" not in country.order
+        if not (set(fields) & {"city", "place", "locality"} or spelt):
             warnings.append("it names no city")
         if odd := postcode_warning(_first_of(fields, "postcode"), country):
             warnings.append(odd)

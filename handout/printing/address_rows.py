@@ -184,7 +184,7 @@ def _check_single(number: int, chosen: Sequence[Cell]) -> None:
             both = " and ".join(f"{cell.column.name} ({cell.text!r})" for cell in several)
             raise TableError(
                 f"row {number}: the columns {both} both hold the {_CALLED.get(role, role)}, and differ: leave one out, "
-                f'such as --columns "none={several[-1].column.header}".'
+                f'such as --columns "none={several[-1].column.number}".'
             )
 
 

@@ -133,7 +133,8 @@ def _header_row(columns_of: Mapping[int, Sequence[Column]], assignments: Sequenc
     candidates = _drop_group_heads(columns_of)
     named = [n for n, row in columns_of.items() if names_any(assignments, [column.header for column in row])]
     likely = [n for n in candidates if _like_a_header(columns_of[n])]
-    by_place = bool(assignments) and all(assignment.place for assignment in assignments)
+    # a place that is only left out says nothing of what the others hold
+    by_place = {bool(assignment.place) for assignment in assignments if assignment.role} == {True}
     if by_place and not named and likely[:1] != candidates[:1]:
         return 0
     first = candidates[:1] if addressable(columns_of[candidates[0]]) else []

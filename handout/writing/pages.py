@@ -23,6 +23,7 @@ from handout.writing.choosing import Choice, GlyphStock
 from handout.writing.kept_text import Resumable
 from handout.writing.layout import ASCENT, DESCENT, FOOT_ABOVE_RULE, BaselineModel, Layout, line_geometries, on_rules
 from handout.writing.slips import StrikeThrough
+from handout.writing.text import may_part
 
 if TYPE_CHECKING:
     from handout.mathematics.shapes import Wander
@@ -238,10 +239,13 @@ def wrap(paragraph: Iterable[Unit[G]], indent: float, room: float, squeeze: floa
     """Break a paragraph into rows of at most `room` x-heights; an empty one gives one empty row."""
     units: list[Unit[G]] = []
     for unit in paragraph:
-        if units and squeeze_gaps([*units, unit], room - indent, squeeze) is None:
-            yield _row(units, indent, room, squeeze)
-            units, indent = [], 0.0
         units.append(unit)
+        if len(units) > 1 and squeeze_gaps(units, room - indent, squeeze) is None:
+            ends = range(len(units) - 1, 0, -1)
+            parts = (k for k in ends if may_part(units[k - 1].word.spelt, units[k].word.spelt))
+            end = next((k for k in parts if squeeze_gaps(units[k:], room, squeeze) is not None), ends[0])
+            yield _row(units[:end], indent, room, squeeze)
+            units, indent = units[end:], 0.0
     yield _row(units, indent, room, squeeze)
 
 

@@ -315,6 +315,11 @@ def _pieces(paragraph: Sequence[Letter | str], inside: Collection[int]) -> Itera
         yield piece
 
 
+def may_part(before: Collection[str], word: Collection[str]) -> bool:
+    """Whether a line may end between two words: not behind a « that stands alone, nor before such a » or !"""
+    return not ((before and _OPENING.issuperset(before)) or (word and _CLOSING.issuperset(word)))
+
+
 def spell(text: str, hand: Repertoire, *, fallback: bool = False, marked: bool = False) -> Iterator[Letter | str]:
     """The graphemes of normalised `text` as letters of a hand, one by one; spaces and newlines as they are.
 

@@ -81,7 +81,9 @@ def test_a_block_gets_the_name_and_country_it_lacks():
     ],
 )  # fmt: skip
 def test_zeros_that_a_spreadsheet_dropped(country, code, words):
-    _, warnings, _ = address.lines({"name": ["A"], "street": ["B"], "postcode": [code], "country": [country]})
+    _, warnings, _ = address.lines(
+        {"name": ["A"], "street": ["B"], "city": ["C"], "postcode": [code], "country": [country]}
+    )
     assert len(warnings) == 1 and words in warnings[0] and code in warnings[0]
 
 
@@ -91,7 +93,7 @@ def test_zeros_that_a_spreadsheet_dropped(country, code, words):
      ("PL", "00-950"), ("", "1067"), ("CA", "V6B 4N7"), ("CH", "8001")],
 )  # fmt: skip
 def test_codes_that_are_right_are_left_alone(country, code):
-    fields = {"street": ["B"], "postcode": [code]} | ({"country": [country]} if country else {})
+    fields = {"street": ["B"], "city": ["C"], "postcode": [code]} | ({"country": [country]} if country else {})
     assert address.lines(fields)[1] == []
 
 
@@ -102,6 +104,9 @@ def test_a_code_that_became_a_decimal_number_is_mended():
 
 def test_a_street_without_a_city_is_mentioned():
     assert address.lines({"street": ["Weg 1"]})[1] == ["it names no city"]
+    assert address.lines({"street": ["Weg 1"], "postcode": ["01067"]})[1] == ["it names no city"]
+    assert not address.lines({"street": ["Weg 1"], "postcode": ["01067 Dresden"]})[1]
+    assert not address.lines({"street": ["1 Bras Basah"], "postcode": ["189702"], "country": ["Singapore"]})[1]
 
 
 def test_a_country_in_another_script_is_spelt_as_the_sender_does():

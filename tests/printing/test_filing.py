@@ -141,6 +141,11 @@ def test_columns_as_the_user_says(tmp_path):
     assert lines_of(read(tmp_path, text, columns=["2=name"])) == [("Käthe", "Weg 1", "Ulm")]
     guests = read(tmp_path, "Guest(s);Wo, genau;Ort\nAda;Weg 1;Ulm\n", columns=["name=guest(s),street=Wo, genau"])
     assert lines_of(guests) == [("Ada", "Weg 1", "Ulm")]
+    twice = "Name;Straße;Ort;Ort\nAda;Weg 1;Ulm;x\n"
+    with pytest.raises(InputError, match='such as --columns "none=4"'):
+        read(tmp_path, twice)
+    for text in (twice, f"Gästeliste;;;\n;;;\n{twice}"):
+        assert lines_of(read(tmp_path, text, columns=["none=4"])) == [("Ada", "Weg 1", "Ulm")]
     for wrong, words in (("name=Who", "no column 'Who'"), ("nmae=Wer", "did you mean name"), ("Wer", "does not say")):
         with pytest.raises(InputError, match=words):
             read(tmp_path, text, columns=[wrong])

@@ -126,6 +126,17 @@ def test_a_word_that_cannot_fit_is_broken_and_no_other():
 
 
 @pytest.mark.slow
+@pytest.mark.slow
+def test_a_sign_that_stands_alone_stays_with_its_word():
+    """French sets spaces inside « » and before ! and ?: none of them begins or ends a line where there is room."""
+    text = "Nous irons au « Café du Nord » ce soir ! Et toi ? Viens ; nous dirons : « Salut » et « jamais » ! " * 3
+    for width in (88, 104, 136):
+        lines = pages(text, PRINT, layout=Layout(page(f"{width}x300mm"), x_height=3.0))[0].lines
+        assert all(line.text[0] not in "!?:;»" and line.text[-1] != "«" for line in lines)
+    narrow = [line.text for line in pages("oui !", PRINT, layout=Layout(page("49x99mm"), x_height=3.0))[0].lines]
+    assert narrow == ["oui", "!"]
+
+
 def test_pages_follow_and_blank_lines_stay():
     sheets = pages(LONG * 5)
     assert len(sheets) > 1
