@@ -219,7 +219,7 @@ class Studio:
         """Begin to work."""
         for lane in (self.quick, self.typed, self.long, self.desk, self.bench):
             lane.open()
-        self.quick.warm()
+        await self.quick.warm()
 
     async def close(self) -> None:
         """End all work, and delete what was made."""

@@ -1,7 +1,8 @@
 """A process that does the studio's work: calls of the pipeline come in, progress and results go out.
 
-Frames are a length (4 bytes, big endian) and that many bytes: pickled calls from the server, which is trusted, and
-MessagePack to it.  It ends when its input does, so that no process outlives its server.
+It is started as ``python -m handout.web.worker``.  Frames are a length (4 bytes, big endian) and that many bytes:
+pickled calls from the server, which is trusted, and MessagePack to it.  It ends when its input does, so that no process
+outlives its server.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ import os
 import pickle
 import queue
 import signal
-import socket
+import sys
 import threading
 import time
 import traceback
@@ -152,16 +153,17 @@ def _result(call: Call, desk: _WorkDesk) -> dict[str, Any]:
     return {"facts": result, "notes": []}
 
 
-def work_for(server: socket.socket, environment: Mapping[str, str]) -> None:
-    """Serve until no more comes from the server; what the work prints goes to standard error.
-
-    environment : of the server, which may have changed it since it loaded the program.
-    """
+def main() -> None:
+    """Serve until standard input ends; what the work prints goes to standard error."""
     for name in ("SIGINT", "SIGHUP"):  # Ctrl-C, or the end of the terminal, is the server's, which ends its processes
         with contextlib.suppress(ValueError, AttributeError):
             signal.signal(getattr(signal, name), signal.SIG_IGN)
-    os.environ.update(environment)
+    answers = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)
-    desk = _WorkDesk(server.makefile("wb"))
-    threading.Thread(target=desk.listen, args=(server.makefile("rb"),), daemon=True).start()
+    desk = _WorkDesk(answers)
+    threading.Thread(target=desk.listen, args=(sys.stdin.buffer,), daemon=True).start()
     desk.work()
+
+
+if __name__ == "__main__":
+    main()

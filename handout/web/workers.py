@@ -8,17 +8,14 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-import multiprocessing
-import os
 import pickle
 import re
 import secrets
 import shutil
-import socket
+import sys
 import tempfile
 from collections.abc import AsyncIterator, Callable
 from dataclasses import dataclass, field
-from multiprocessing.process import BaseProcess
 from pathlib import Path
 from typing import Any, Literal
 
@@ -26,14 +23,13 @@ import msgspec
 
 import handout
 from handout import shipped
-from handout.web.worker import HALTS, LENGTH, Call, work_for
+from handout.web.worker import HALTS, LENGTH, Call
 
 State = Literal["waiting", "running", "done", "refused", "failed", "cancelled"]
 ENDED = frozenset({"done", "refused", "failed", "cancelled"})
 _GRACE = 3.0  # s that cancelled work has to stop by itself; a process that is ended takes a second or two to replace
 _MOST_SAID = 200  # sentences of a task that are kept
 _BROKEN = "The work broke off: its process ended, perhaps for want of memory."
-_PRELOADED = ("batch_desk", "letter_desk", "names", "plot_desk", "style_editor")  # nearly all that calls import
 
 
 class LaneFull(Exception):
@@ -122,35 +118,37 @@ class _WorkerProcess:
     """One process, started when it is first needed and again after it has ended."""
 
     def __init__(self) -> None:
-        self._process: BaseProcess | None = None
-        self._number, self._starting = 0, asyncio.Lock()
+        self._process: asyncio.subprocess.Process | None = None
+        self._number = 0
 
-    async def start(self) -> BaseProcess:
+    async def start(self) -> asyncio.subprocess.Process:
         """The process, alive."""
-        async with self._starting:
-            if self._process is None or not self._process.is_alive():
-                process, ours = await asyncio.to_thread(_begin_process)
-                self._answers, self._requests = await asyncio.open_connection(sock=ours)
-                self._process = process
+        if self._process is None or self._process.returncode is not None:
+            command = (sys.executable, "-m", "handout.web.worker")
+            pipe = asyncio.subprocess.PIPE
+            self._process = await asyncio.create_subprocess_exec(*command, stdin=pipe, stdout=pipe)
         return self._process
 
     async def run_task(self, task: Task) -> None:
         """A task, until it has ended."""
         process = await self.start()
+        assert process.stdout is not None
         self._number += 1
         number, canceller = self._number, asyncio.ensure_future(self._watch(task, process, self._number))
         try:
-            self._send((number, task.call))
-            task.tell = lambda word: self._send((number, word))
+            _send(process, (number, task.call))
+            task.tell = lambda word: _send(process, (number, word))
             while not (task.has_ended and task.state != "cancelled"):
-                length = int.from_bytes(await self._answers.readexactly(LENGTH), "big")
-                answer = msgspec.msgpack.decode(await self._answers.readexactly(length))
+                length = int.from_bytes(await process.stdout.readexactly(LENGTH), "big")
+                answer = msgspec.msgpack.decode(await process.stdout.readexactly(length))
                 if answer["number"] == number and self._hear_answer(task, answer):
                     return
         except (asyncio.IncompleteReadError, ConnectionError, OSError):
             if not task.has_ended:
                 task.change(state="failed", error=_BROKEN)
-            await self.stop()
+            with contextlib.suppress(ProcessLookupError):
+                process.kill()
+            await process.wait()
         finally:
             canceller.cancel()
 
@@ -176,41 +174,26 @@ class _WorkerProcess:
             task.change(share=answer["share"], stage=answer["stage"])
         return False
 
-    async def _watch(self, task: Task, process: BaseProcess, number: int) -> None:
+    async def _watch(self, task: Task, process: asyncio.subprocess.Process, number: int) -> None:
         """End the work where the task is cancelled, by asking and then by force."""
         await task.wait()
         if task.state == "cancelled":
             with contextlib.suppress(ConnectionError, OSError):
-                self._send((number, None))
+                _send(process, (number, None))
             await asyncio.sleep(HALTS if task.call.moves else _GRACE)
-            process.kill()
-
-    def _send(self, message: tuple[int, Call | str | None]) -> None:
-        data = pickle.dumps(message)
-        self._requests.write(len(data).to_bytes(LENGTH, "big") + data)
+            with contextlib.suppress(ProcessLookupError):
+                process.kill()
 
     async def stop(self, seconds: float = 0.0) -> None:
         """End it; what it does may take so long to come to its end."""
-        if self._process is not None:
-            if seconds and self._process.is_alive():
-                self._requests.write_eof()
-                await asyncio.to_thread(self._process.join, seconds)
-            self._process.kill()
-            await asyncio.to_thread(self._process.join)
-            self._requests.close()
-
-
-def _begin_process() -> tuple[BaseProcess, socket.socket]:
-    """A process for work, and this end of what leads there."""
-    names = multiprocessing.get_all_start_methods()
-    context: Any = multiprocessing.get_context("forkserver" if "forkserver" in names else "spawn")
-    if "forkserver" in names:  # a server that has loaded the program forks them: a new one is there in no time
-        context.set_forkserver_preload([f"handout.pipeline.{name}" for name in _PRELOADED])
-    ours, theirs = socket.socketpair()
-    with theirs:
-        process = context.Process(target=work_for, args=(theirs, dict(os.environ)))
-        process.start()
-    return process, ours
+        if self._process is not None and self._process.returncode is None:
+            if seconds and self._process.stdin is not None:
+                self._process.stdin.close()
+                with contextlib.suppress(TimeoutError):
+                    await asyncio.wait_for(self._process.wait(), seconds)
+            with contextlib.suppress(ProcessLookupError):
+                self._process.kill()
+            await self._process.wait()
 
 
 def bare(sentence: str) -> str:
@@ -220,6 +203,12 @@ def bare(sentence: str) -> str:
     places = {str(place) for folder in (Path(tempfile.gettempdir()), *own) for place in (folder, folder.resolve())}
     roots = "|".join(re.escape(place) for place in sorted(places, key=len, reverse=True))
     return re.sub(rf"(?:{roots})[/\\](?:[\w.-]+[/\\])*", "", sentence)
+
+
+def _send(process: asyncio.subprocess.Process, message: tuple[int, Call | str | None]) -> None:
+    assert process.stdin is not None
+    data = pickle.dumps(message)
+    process.stdin.write(len(data).to_bytes(LENGTH, "big") + data)
 
 
 class Lane:
@@ -233,15 +222,15 @@ class Lane:
         self._processes = [_WorkerProcess() for _ in range(processes)]
         self._idle, self._room = list(self._processes), asyncio.Semaphore(processes)
         self._row: asyncio.Queue[Task] = asyncio.Queue(most)
-        self._running: set[asyncio.Task[Any]] = set()
+        self._running: set[asyncio.Task[None]] = set()
 
     def open(self) -> None:
         """Begin to serve; processes start when they are needed."""
         self._running.add(asyncio.ensure_future(self._serve()))
 
-    def warm(self) -> None:
-        """Start the processes before they are needed, and wait for none."""
-        self._running |= {asyncio.ensure_future(process.start()) for process in self._processes}
+    async def warm(self) -> None:
+        """Start the processes before they are needed."""
+        await asyncio.gather(*(process.start() for process in self._processes))
 
     async def _serve(self) -> None:
         while True:

@@ -422,7 +422,7 @@ def test_a_killed_server_leaves_a_lifted_pen_and_a_plot_to_go_on_with(program):
     plot = kept(program, "Hi hi hi")
     task, _ = begun(program, plot["job"])
     # what the process of a plot sees of a killed server is the end of its input
-    program.portal.call(program.studio._machines["sim"]._processes[0]._requests.write_eof)
+    program.portal.call(program.studio._machines["sim"]._processes[0]._process.stdin.close)
     broken = until(program, task, lambda snapshot: snapshot["state"] != "running")
     assert broken["state"] in ("done", "failed")  # what it says last may not come over any more
     left = program.get(f"/api/plots/{plot['job']}").json()

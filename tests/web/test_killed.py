@@ -15,12 +15,6 @@ pytestmark = pytest.mark.slow
 PEOPLE = "First name\n" + "".join(f"Name{number}\n" for number in range(8))
 
 
-def below(pid):
-    """The processes that one has started, and those that they have."""
-    own = subprocess.run(["pgrep", "-P", str(pid)], capture_output=True, text=True).stdout.split()
-    return own + [each for one in own for each in below(one)]
-
-
 @pytest.fixture
 def studio(tmp_path):
     """Starts studios in one home, one after the other; `kill` ends the last as the kernel would."""
@@ -36,8 +30,7 @@ def studio(tmp_path):
         return state.client
 
     def kill(ended=True):
-        workers = below(state.process.pid)
-        assert workers
+        workers = subprocess.run(["pgrep", "-P", str(state.process.pid)], capture_output=True, text=True).stdout.split()
         state.process.send_signal(signal.SIGKILL)
         state.process.wait()
         end = time.monotonic() + 60
