@@ -40,7 +40,7 @@ from handout.writing.forms import Connector, Forms, GlyphLine
 
 _ALONG = 0.6  # of a ligature that lies in a crossbar
 _TOUCHED = 8  # vertices of a body that a crossbar may share where it only ends there
-VERSION = 10  # of what is kept of a hand; tests/hand/test_house_scanned.py says when to raise it
+VERSION = 11  # of what is kept of a hand; tests/hand/test_house_scanned.py says when to raise it
 _JOINING = 0.2  # share of a hand's letters joined to the one before, from which crossbars wait for the end of the word
 
 
