@@ -395,7 +395,7 @@ class ScannedHand:
         """(n, 2) line space: vertices (n,) of the pages of glyphs (n,), each on its glyph's line."""
         page, line = np.array([(glyph.page, glyph.line) for glyph in self.glyphs], dtype=np.intp).reshape(-1, 2).T
         place, page = np.empty((len(vertices), 2)), page[numbers]
-        for k, here in runs(page):
+        for k, here in stretches(page):
             scan = self.pages[k]
             place[here] = scan.to_line(line[numbers[here]], scan.graph.uv[vertices[here]])
         return place
@@ -450,8 +450,8 @@ class ScannedHand:
         return readonly(np.add.reduceat(weight * place, first) / np.add.reduceat(weight, first), len(size), 2)
 
 
-def runs(numbers: Indices) -> Iterator[tuple[int, slice]]:
-    """Each number, and where it stands one time after the other."""
+def stretches(numbers: Indices) -> Iterator[tuple[int, slice]]:
+    """Each stretch of equal numbers (n,), none negative: the number, and the places that it has."""
     first = np.flatnonzero(np.diff(numbers, prepend=-1)).tolist()
     for begin, end in pairwise([*first, len(numbers)]):
         yield int(numbers[begin]), slice(begin, end)

@@ -36,7 +36,8 @@ VERSION = 6  # of what is kept of a hand; tests/hand/test_house_scanned.py says 
 # simulated writers alone, and lone letters believed like others, .02, .42 and .31.  On five other people's pages .02,
 # .56 and .49; .02, .46 and .32
 _ODDS = np.array([1.2, -0.5, 0.1, -0.15])
-_OTHER_CASE = 0.25  # probability at most of a letter of the wrong size, on two lines, or unmarked: lent are cheaper
+# greatest probability of a letter of the wrong size, on two lines or without its mark: lent ones cost less
+_CONTRADICTED = 0.25
 _CERTAIN = 0.02  # of confidences: nearer to 0 or 1 than this none is believed
 
 
@@ -92,7 +93,7 @@ def _plainness(hand: ScannedHand) -> Array:
     probability = calibrated(score, confidence)
     named = np.array([bool(glyph.letter) for glyph in hand.glyphs], dtype=bool)
     wrong = contradicted_cases(hand) | reaching_lines(hand) | outsized_letters(hand) | unmarked_letters(hand)
-    probability = np.where(wrong, np.minimum(probability, _OTHER_CASE), probability)
+    probability = np.where(wrong, np.minimum(probability, _CONTRADICTED), probability)
     return np.where(named & (confidence > 0), probability, 0.0)
 
 

@@ -229,8 +229,10 @@ class Rereader:
         return read
 
     def _judge(self, words: Sequence[ReadWord]) -> list[ReadWord]:
-        """Words with how probably strangers misread their letters: readers after the first look at those alone that may
-        be misread by what they see."""
+        """Words with how probably strangers misread their letters.
+
+        A reader after the first looks only at words that are doubtful if it sees the worst in them.
+        """
         texts, before = [word.text for word in words], [self._before[word.numbers] for word in words]
         found, unsure, readers = list(words), list(range(len(words))), _open_readers()
         shares = [np.ones((len(readers), len(each))) for each in before]  # until it looks, a reader may see the worst

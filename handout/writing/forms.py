@@ -26,7 +26,7 @@ from handout.branching import branches
 from handout.hand.learnt import learnt
 from handout.hand.letter_classes import DOTTED, LOWERCASE
 from handout.hand.measures import mean_x_height
-from handout.hand.scanned import NOBODY, ScannedHand, runs
+from handout.hand.scanned import NOBODY, ScannedHand, stretches
 from handout.peaks import peaks
 from handout.values import Array, Indices, readonly_indices
 
@@ -178,7 +178,7 @@ class ExtractedStrokes:
         page = np.array([glyph.page for glyph in self._hand.glyphs], dtype=np.intp)[number]
         place, uv = np.empty((2, len(codes), 2))
         radius, density = np.empty((2, len(codes)))
-        for on, here in runs(page):
+        for on, here in stretches(page):
             scan, vertices = self._hand.pages[on], vertex[here] - self._before[on]
             uv[here], density[here] = scan.graph.uv[vertices], scan.graph.density[vertices]
             place[here], radius[here] = scan.to_line(row[here], uv[here]), scan.graph.radius[vertices] / scan.pitch
