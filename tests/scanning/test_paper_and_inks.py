@@ -128,6 +128,20 @@ def test_rules_are_taken_out_however_the_sheet_lies(quarters):
     assert (upright.scan.rgb[bare] > 225).mean() > 0.97
 
 
+def test_nothing_stays_of_rules_that_wave_between_rows_of_pixels():
+    rng = np.random.default_rng(5)
+    y, x = np.mgrid[:700, :1100].astype(np.float64)
+    ways = np.arange(100, 660, 118)[:, None] + 0.0033 * x[0] + 0.7 * np.sin(x[0] / 120)
+    screened = 105 * (0.8 + 0.4 * rng.random(1100))
+    grey = 253 - sum(np.clip(1.6 - np.abs(y - way), 0, 1) * screened for way in ways)
+    stroke = (((x - y.round() // 118 * 47) % 61 < 5) & ((y - 60) % 118 < 52)) & (y < 640)
+    grey = np.where(stroke, np.minimum(grey, 110), grey) + rng.normal(0, 2, grey.shape)
+    bare, count = erase_printed_lines(Scan(grey.clip(0, 255).astype(np.uint8)[:, :, None].repeat(3, axis=2), 300.0))
+    dark = bare.rgb[:, :, 0] < 200
+    assert count == len(ways)
+    assert (dark == stroke).mean() > 0.9999  # without half pixels 100 and more bits stay beside the strokes
+
+
 def test_underlines_are_no_ruling():
     ink = INK.copy()
     ink[200:205, 100:800] = 1
