@@ -109,11 +109,13 @@ class Unit(Generic[G]):
     """A word, or the part of one up to a hyphen, with the gap before it (0: no space, part of the word before).
 
     intended : the word that was to be written, where this one is struck out; "" for what is left of one that was cut.
+    tied : whether no line may end before it.
     """
 
     word: Word[G]
     gap: float
     intended: str | None = None
+    tied: bool = False
 
 
 class Handwriting(Protocol[G]):
@@ -242,7 +244,7 @@ def wrap(paragraph: Iterable[Unit[G]], indent: float, room: float, squeeze: floa
         units.append(unit)
         if len(units) > 1 and squeeze_gaps(units, room - indent, squeeze) is None:
             ends = range(len(units) - 1, 0, -1)
-            parts = (k for k in ends if may_part(units[k - 1].word.spelt, units[k].word.spelt))
+            parts = (k for k in ends if not units[k].tied and may_part(units[k - 1].word.spelt, units[k].word.spelt))
             end = next((k for k in parts if squeeze_gaps(units[k:], room, squeeze) is not None), ends[0])
             yield _row(units[:end], indent, room, squeeze)
             units, indent = units[end:], 0.0
