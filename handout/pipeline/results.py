@@ -129,6 +129,7 @@ class Tally:
     slips : words that were struck out; doubtful : words that read as others; formulas : the TeX of each.
     order : words of scanned ink whose strokes may as well have been written in another order.
     hard_to_read : words that a style makes so, and at which letters.
+    shrunk : of pages that were made to fit, their size as a share of that which was asked for.
     """
 
     pages: int = 0
@@ -144,6 +145,7 @@ class Tally:
     formulas: Sequence[str] = ()
     order: Sequence[Mapping[str, Any]] = ()
     hard_to_read: Sequence[Mapping[str, Any]] = ()
+    shrunk: Sequence[float] = ()
 
     @classmethod
     def from_pages(cls, pages: Sequence[Manuscript], drawings: Sequence[Drawing]) -> Tally:
@@ -165,6 +167,7 @@ class Tally:
             slips=gather("slips"),
             doubtful=gather("doubtful"),
             formulas=gather("formulas"),
+            shrunk=[each for page in drawings or pages for each in page.about.get("shrunk", [])],
             **{
                 name: [each for drawing in drawings for each in drawing.about.get(name, [])]
                 for name in ("order", "hard_to_read")
@@ -219,7 +222,7 @@ class Tally:
             "files": [str(path) for path in files],
             **{
                 name: told
-                for name in ("borrowed", "slips", "doubtful", "formulas", "order", "hard_to_read")
+                for name in ("borrowed", "slips", "doubtful", "formulas", "order", "hard_to_read", "shrunk")
                 if (told := getattr(self, name))
             },
         }

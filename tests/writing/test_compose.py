@@ -168,6 +168,8 @@ def test_too_much_text_says_by_how_much_and_fit_shrinks():
         pages(LONG * 3, pages=1)
     (sheet,) = pages(LONG * 3, layout=Layout(page("A5"), fit=True))
     assert sheet.x_height < 2.5
+    bunched = "a word and another word that go on " * 6  # its longest line is as wide as its room, but for rounding
+    assert pages(bunched, seed=13, layout=Layout(page("A5"), fit=True))[0].x_height == 2.5
     assert written([sheet]) == (LONG * 3).strip()
     assert ink(sheet)[:, 1].max() < 210 - 15
     with pytest.raises(DoesNotFit, match="larger page or less text"):
