@@ -151,8 +151,8 @@ class Tally:
     def from_pages(cls, pages: Sequence[Manuscript], drawings: Sequence[Drawing]) -> Tally:
         """Count some pages of one text, given as manuscripts and as strokes."""
 
-        def gather(name: str) -> list[Any]:
-            return [each for page in pages for each in page.about.get(name, [])]
+        def gather(name: str, told: Sequence[Manuscript | Drawing] = pages) -> list[Any]:
+            return [each for page in told for each in page.about.get(name, [])]
 
         letters = (placed.glyph.letter for page in pages for line in page.lines for placed in line.placed)
         return cls(
@@ -167,11 +167,9 @@ class Tally:
             slips=gather("slips"),
             doubtful=gather("doubtful"),
             formulas=gather("formulas"),
-            shrunk=[each for page in drawings or pages for each in page.about.get("shrunk", [])],
-            **{
-                name: [each for drawing in drawings for each in drawing.about.get(name, [])]
-                for name in ("order", "hard_to_read")
-            },
+            shrunk=gather("shrunk", drawings or pages),
+            order=gather("order", drawings),
+            hard_to_read=gather("hard_to_read", drawings),
         )
 
     @property

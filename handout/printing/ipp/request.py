@@ -114,10 +114,12 @@ def _media_col(ticket: Ticket, capabilities: Capabilities) -> tuple[Attribute, .
 
 def name_sheets(ticket: Ticket, capabilities: Capabilities) -> str:
     """The sheet that is asked for, and the nearest in size of those that a printer lists; "" where it lists none."""
-    wanted, listed = (ticket.sheet.width, ticket.sheet.height), list[tuple[float, float]]()
+    wanted, listed = (ticket.sheet.width, ticket.sheet.height), list[tuple[float, ...]]()
     for size in capabilities.message.find_all("media-size-supported", MessageTag.PRINTER):
-        sides = [side.values[0].value for side in size.value] if isinstance(size.value, tuple) else []
-        listed += [(sides[0] / _HUNDREDTHS, sides[1] / _HUNDREDTHS)] if list(map(type, sides)) == [int, int] else []
+        parts = size.value if isinstance(size.value, tuple) else ()
+        sides = [side.values[0].value for side in parts]
+        fixed = tuple(side / _HUNDREDTHS for side in sides if isinstance(side, int))
+        listed += [fixed] if len(fixed) == len(wanted) else []
     if not listed:
         return ""
     nearest = sorted(set(listed), key=lambda sides: math.dist(sides, wanted))[:_MOST_SHEETS]
