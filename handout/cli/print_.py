@@ -78,8 +78,8 @@ def make_rows(make: Callable[[], Made], block: contextlib.AbstractContextManager
             report = (result := make()).report
     except (PrintingStopped, RowsRefused) as error:
         stopped, report = error, error.report
-    for failure in report.failed:
-        click.echo(f"row {failure.row}: {failure.reason}", err=True)
+    for complaint in report.complaints():
+        click.echo(complaint, err=True)
     for row in report.unknown:
         way_out = f"look whether the sheet is there; --resume --again {row.row} makes it again"
         click.echo(f"row {row.row}: {row.reason}; {way_out}.", err=True)
