@@ -201,6 +201,7 @@ def indent_paragraph(units: Iterator[Unit[G]]) -> tuple[float, Iterator[Unit[G]]
 LEAST_GAP = 0.55  # between the ink of two words, x-heights
 SQUEEZE = 0.22  # people bunch the words of a line by at most this share of its gaps to get one more word in
 SMALLEST_FIT = 0.55  # --fit never makes writing smaller than this share of what was asked for
+_UNBROKEN = 0.7  # of the size that was asked for: rather than that small, a line is broken; set by eye
 _BUNCHED = (0.72, 0.88)  # what --fit then makes of word gaps and line distance
 APART = 0.45  # x-heights between the ink of a formula and that of the line above or below; set by eye
 _SLACK = 0.45  # x-heights that formulas between two lines may be higher and deeper than letters are, and take no more
@@ -305,17 +306,18 @@ def _fitted_rows(
     paragraphs: Sequence[tuple[float, list[Unit[G]]]], pitch: float, layout: Layout, limit: int
 ) -> tuple[Layout, list[UnitRow[G]]]:
     """Rows that fit the pages, and the layout they fit with."""
-    rows = list(rows_of(paragraphs, layout, pitch))
-    fits = _pages(len(rows), pitch, layout) <= limit
-    if fits and (not layout.fit or _is_within(rows, layout)):
-        return layout, rows
+    broken: tuple[Layout, list[UnitRow[G]]] | None = None
+    for scale in (np.linspace(1.0, SMALLEST_FIT, 46) if layout.fit else np.ones(1)).tolist():
+        smaller = layout if scale == 1.0 else _scale_layout(layout, pitch, scale)
+        rows = list(rows_of(paragraphs, smaller, pitch))
+        if _pages(len(rows), pitch, smaller) <= limit and (not layout.fit or _is_within(rows, smaller)):
+            if not layout.unbroken or len(rows) <= len(paragraphs):
+                return smaller, rows
+            broken = broken or (smaller, rows)
+        if broken is not None and scale < _UNBROKEN:
+            return broken
     if not layout.fit:
         raise _too_long(len(rows), pitch, layout, limit)
-    for scale in np.linspace(1.0, SMALLEST_FIT, 46)[1:]:
-        smaller = _scale_layout(layout, pitch, float(scale))
-        rows = list(rows_of(paragraphs, smaller, pitch))
-        if _pages(len(rows), pitch, smaller) <= limit and _is_within(rows, smaller):
-            return smaller, rows
     tight = _scale_layout(layout, pitch, SMALLEST_FIT, _BUNCHED[1])
     bunched = [(indent, [replace(unit, gap=unit.gap * _BUNCHED[0]) for unit in units]) for indent, units in paragraphs]
     rows = list(rows_of(bunched, tight, pitch))
