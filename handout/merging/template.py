@@ -84,7 +84,7 @@ class LetterTemplate:
         self._turns = 0
         try:
             environment = self._environment()
-            tree = environment.parse("\n".join(map(_keep_break, text.split("\n"))))
+            tree = environment.parse(text)
             self._check(tree)
             counted = _Counted().visit(tree)
             self._template = environment.from_string(counted)
@@ -248,6 +248,14 @@ class _Environment(SandboxedEnvironment):
 
     intercepted_binops = frozenset(_SUMS)
 
+    def parse(self, source: str, name: str | None = None, filename: str | None = None) -> nodes.Template:
+        """See there; behind its last tag a line keeps its break, unless tags stand alone in it."""
+        lines = source.split("\n")
+        for number, line in enumerate(lines):
+            if _LAST_TAG.search(line) and not _TAGS_ALONE.fullmatch(line):
+                lines[number] = _OPEN + _LAST_TAG.sub(r"\1+\2}", line) + _SHUT
+        return super().parse("\n".join(lines), name, filename)
+
     def call_binop(self, context: Any, operator: str, left: Any, right: Any) -> Any:
         """A sum of numbers, or two texts put together."""
         for side in (left, right):
@@ -295,13 +303,6 @@ def _problem(node: nodes.Node) -> str:
     if isinstance(node, nodes.Filter) and node.name not in _FILTERS:
         return f"there is no filter {node.name!r}; there are {', '.join(sorted(_FILTERS))}"
     return ""
-
-
-def _keep_break(line: str) -> str:
-    """A line of a letter whose break Jinja keeps behind its last tag, but where tags stand alone in it."""
-    if _TAGS_ALONE.fullmatch(line) or not _LAST_TAG.search(line):
-        return line
-    return _OPEN + _LAST_TAG.sub(r"\1+\2}", line) + _SHUT
 
 
 def escape_markdown(text: str) -> str:

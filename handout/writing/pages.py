@@ -310,7 +310,8 @@ def _fitted_rows(
     for scale in (np.linspace(1.0, SMALLEST_FIT, 46) if layout.fit else np.ones(1)).tolist():
         smaller = layout if scale == 1.0 else _scale_layout(layout, pitch, scale)
         rows = list(rows_of(paragraphs, smaller, pitch))
-        if _pages(len(rows), pitch, smaller) <= limit and (not layout.fit or _is_within(rows, smaller)):
+        within = max(row.indent + row.width for row in rows) <= smaller.room + _EXACT
+        if _pages(len(rows), pitch, smaller) <= limit and (within or not layout.fit):
             if not layout.unbroken or len(rows) <= len(paragraphs):
                 return smaller, rows
             broken = broken or (smaller, rows)
@@ -331,10 +332,6 @@ def _scale_layout(layout: Layout, pitch: float, scale: float, tighter: float = 1
         return replace(layout, x_height=layout.x_height * scale, shrunk=scale)
     distance, size = layout.baseline_distance(pitch) * scale * tighter, layout.x_height * scale
     return replace(layout, x_height=size, line_spacing=max(distance, size), shrunk=scale)
-
-
-def _is_within(rows: Sequence[UnitRow[G]], layout: Layout) -> bool:
-    return max(row.indent + row.width for row in rows) <= layout.room + _EXACT
 
 
 def rows_of(
