@@ -306,25 +306,33 @@ def _fitted_rows(
     paragraphs: Sequence[tuple[float, list[Unit[G]]]], pitch: float, layout: Layout, limit: int
 ) -> tuple[Layout, list[UnitRow[G]]]:
     """Rows that fit the pages, and the layout they fit with."""
-    broken: tuple[Layout, list[UnitRow[G]]] | None = None
-    for scale in (np.linspace(1.0, SMALLEST_FIT, 46) if layout.fit else np.ones(1)).tolist():
-        smaller = layout if scale == 1.0 else _scale_layout(layout, pitch, scale)
-        rows = list(rows_of(paragraphs, smaller, pitch))
-        within = max(row.indent + row.width for row in rows) <= smaller.room + _EXACT
-        if _pages(len(rows), pitch, smaller) <= limit and (within or not layout.fit):
-            if not layout.unbroken or len(rows) <= len(paragraphs):
-                return smaller, rows
-            broken = broken or (smaller, rows)
-        if broken is not None and scale < _UNBROKEN:
-            return broken
+    fitting = _fitting_rows(paragraphs, pitch, layout, limit)
+    best = next(fitting, None)
+    if best is not None and layout.unbroken:
+        whole = (each for each in chain([best], fitting) if len(each[1]) <= len(paragraphs))
+        best = next((each for each in islice(whole, 1) if each[0].shrunk >= _UNBROKEN), best)
+    if best is not None:
+        return best
     if not layout.fit:
-        raise _too_long(len(rows), pitch, layout, limit)
+        raise _too_long(len(list(rows_of(paragraphs, layout, pitch))), pitch, layout, limit)
     tight = _scale_layout(layout, pitch, SMALLEST_FIT, _BUNCHED[1])
     bunched = [(indent, [replace(unit, gap=unit.gap * _BUNCHED[0]) for unit in units]) for indent, units in paragraphs]
     rows = list(rows_of(bunched, tight, pitch))
     if _pages(len(rows), pitch, tight) <= limit:
         return tight, rows
     raise _too_long(len(rows), pitch, tight, limit)
+
+
+def _fitting_rows(
+    paragraphs: Sequence[tuple[float, list[Unit[G]]]], pitch: float, layout: Layout, limit: int
+) -> Iterator[tuple[Layout, list[UnitRow[G]]]]:
+    """The layouts with which rows fit the pages, ever smaller ones if `layout.fit` allows it, and those rows."""
+    for scale in (np.linspace(1.0, SMALLEST_FIT, 46) if layout.fit else np.ones(1)).tolist():
+        smaller = layout if scale == 1.0 else _scale_layout(layout, pitch, scale)
+        rows = list(rows_of(paragraphs, smaller, pitch))
+        within = max(row.indent + row.width for row in rows) <= smaller.room + _EXACT
+        if _pages(len(rows), pitch, smaller) <= limit and (within or not layout.fit):
+            yield smaller, rows
 
 
 def _scale_layout(layout: Layout, pitch: float, scale: float, tighter: float = 1.0) -> Layout:
