@@ -55,7 +55,11 @@ def tell_letters(tally: Tally) -> str:
             f"{tally.order[0]['word']}: it is guessed; say in the studio, letter by letter, how one is written, and "
             "its like follow."
         )
-    return f"{tell_lent(tally)}{tell_doubts(tally)}{slips}{order}{formulas}"
+    inks = ""
+    if tally.other_inks:
+        named = units.listed(letter + _times(count) for letter, count in Counter(tally.other_inks).items())
+        inks = f" In another ink, as the author wrote none in the usual one: {named}; --pen ballpoint has one ink."
+    return f"{tell_lent(tally)}{tell_doubts(tally)}{inks}{slips}{order}{formulas}"
 
 
 def tell_lent(tally: Tally) -> str:
