@@ -217,7 +217,7 @@ class PlannedGlyph:
 
 
 class WordWriter:
-    """Writes the words of one text, one after the other; slant drifts from word to word, size and height by letters."""
+    """Writes the words of one text, one after the other; slant drifts from word to word, height by letters."""
 
     def __init__(
         self, hand: Hand, rng: np.random.Generator, jitter: float, lying: BaselineModel = USUAL_BASELINES
