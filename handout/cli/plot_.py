@@ -140,7 +140,7 @@ def command(
     with console.working():
         shown = preview(request, mode.dry_run, show_travel=travel, report=report, port=port, listener=console)
     took = f"plotting would take {units.duration(shown.told['planned_s'])}{sentences.tell_hooks(shown.told)}"
-    lent = sentences.tell_letters(shown.tally)
+    lent = sentences.tell_size(shown.tally) + sentences.tell_letters(shown.tally)
     console.report(shown, f"Wrote {sentences.names(shown.files)}; {took}; seed {shown.seed}.{lent}")
     return None
 

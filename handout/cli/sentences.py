@@ -30,7 +30,13 @@ def writing_time(tally: Tally) -> str:
 def tell_plotted(result: Plotted) -> str:
     """What was plotted, how long it took, what is to be said of its letters, and how faithful it was."""
     took = f"{units.count(result.sheets, 'sheet')} in {units.duration(result.executed_s)}"
-    return f"Plotted {took}; seed {result.seed}.{tell_letters(result.tally)}\n{result.fidelity}".strip()
+    told = tell_size(result.tally) + tell_letters(result.tally)
+    return f"Plotted {took}; seed {result.seed}.{told}\n{result.fidelity}".strip()
+
+
+def tell_size(tally: Tally) -> str:
+    """How much smaller than asked for a text was written; "" where it was not."""
+    return f" Written at {min(tally.shrunk):.0%} of its size, so that it fits." if tally.shrunk else ""
 
 
 def tell_letters(tally: Tally) -> str:

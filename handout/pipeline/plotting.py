@@ -257,7 +257,7 @@ def _check_request(request: PlotRequest, port: str | None) -> _Asked:
     profile = asked_machine(request.plotting, port)
     document = open_document(request.source, request.writing, request.sheet, request.picture)
     task, options = document.task, job_options(request.plotting, profile, document.task.fast, document.timed)
-    sentences, drawing = describe_asked(document, partial(fit_to_bed, profile=profile) if request.writing.fit else None)
+    sentences, drawing = describe_asked(document)
     even = None if task.pose.pose is None else pressed_evenly(profile)
     inks = [] if options.layers == "colour" else one_pen(document)
     notes = (*sentences, *document.notes, *inks, *task.given_notes, *([even] if even else []))
