@@ -20,9 +20,6 @@ from handout.values import Array, Indices
 class Variation:
     """Standard deviations.
 
-    Those of height are fitted to the small letters of fifteen people's pages, `slow_breadth` to the lengths of the
-    lines of 113 pages: people's letters grow and shrink along a line, and their widths hardly do.
-
     slant : tangent, of a word about the hand's slant; `SLANT_MEMORY` is its correlation with the word before.
     slow_slant, slow_breadth : tangent and relative: how a writer changes over a page, a page being two or three
         times as long as the memory, `SLOW_MEMORY`.
