@@ -112,7 +112,8 @@ class Runs:
             span = next((s for s, end in zip(run.spans, ends, strict=True) if at <= end), run.spans[-1])
             return f"line {span.line}"
 
-        return f"{self.name}: " + re.sub(r"line (\d+), character (\d+)", line, message)
+        named = re.sub(r"line (\d+), character (\d+)", line, message)
+        return f"{self.name}: " + re.sub(r"(line \d+)(; \1\b)+", r"\1", named)
 
 
 def runs_of(letter: LetterFile, page_numbers: int = 0) -> Runs:

@@ -166,6 +166,7 @@ class Layout:
     line_spacing : distance of baselines, mm; None: the hand's own.
     align : "ragged" is a left edge that wanders as people's does; "left" is a straighter one.
     fit : shrink what does not fit (size first, then spacing) instead of refusing it.
+    unbroken : shrink lines that are too long rather than break them, while they stay legible.
     jitter : scale of all variation: 1 as people vary, 0 the ideal form.
     ruling : the rules of a lined sheet that lines are written on; `line_spacing` says nothing then.
     rewritten : words that are written again while all others stay as they are: where each begins in the text, and how
@@ -182,6 +183,7 @@ class Layout:
     line_spacing: float | None = None
     align: Align = "ragged"
     fit: bool = False
+    unbroken: bool = False
     jitter: float = 1.0
     ruling: Ruling | None = None
     rewritten: tuple[tuple[int, int], ...] = ()

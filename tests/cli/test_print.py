@@ -55,6 +55,7 @@ def test_a_jam_and_then_the_rest(call, table):
         _, err = call(*command, code=3)
         assert "Row 3: job 2 was not printed: the printer gave it up, the paper has jammed." in err
         assert "Row 2 was sent; go on with the same command and --resume." in err
+        assert "\nrows 4-5: not sent\n" in err
         _, err = call(*command, code=2)
         assert "--resume" in err and "--afresh" in err and len(printer.jobs) == 2
         _, err = call(*command, "--page", "C6", "--resume", code=2)
