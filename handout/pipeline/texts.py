@@ -486,8 +486,8 @@ def _other_inks(page: Manuscript, task: WritingTask) -> Facts:
     from handout.hand.measures import in_other_ink
 
     other = in_other_ink(task.hand.author or task.hand)
-    written = (placed for line in page.lines for placed in line.placed if placed.ink is not None)
-    found = [each.glyph.letter for each in written if each.ink.number < len(other) and other[each.ink.number]]
+    written = [(each.glyph.letter, each.ink.number) for line in page.lines for each in line.placed if each.ink]
+    found = [letter for letter, number in written if number < len(other) and other[number]]
     return {"other_inks": found} if found else {}
 
 
