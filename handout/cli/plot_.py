@@ -186,7 +186,7 @@ def _plot_rows(
     if mode.dry_run:
         took = f"plotting would take {units.duration(result.told['planned_s'])}"
     sentence = f"{summary(result)}; {took}; seed {result.seed}."
-    lent = sentences.tell_letters(result.tally)
+    lent = sentences.tell_size(result.tally) + sentences.tell_letters(result.tally)
     console.report(result, f"{sentence}{lent}\n{result.fidelity}".strip())
     return result.report.exit_code
 

@@ -35,8 +35,13 @@ def tell_plotted(result: Plotted) -> str:
 
 
 def tell_size(tally: Tally) -> str:
-    """How much smaller than asked for a text was written; "" where it was not."""
-    return f" Written at {min(tally.shrunk):.0%} of its size, so that it fits." if tally.shrunk else ""
+    """How much smaller than asked for texts were written; "" where none was."""
+    if not tally.shrunk:
+        return ""
+    least, many = f"{min(tally.shrunk):.0%}", f"{len(tally.shrunk)} of {tally.pages} pages"
+    if tally.pages == 1:
+        return f" Written at {least} of its size, so that it fits."
+    return f" Written smaller: {many}, down to {least} of their size, so that all fits."
 
 
 def tell_letters(tally: Tally) -> str:
