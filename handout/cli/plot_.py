@@ -140,7 +140,7 @@ def command(
     with console.working():
         shown = preview(request, mode.dry_run, show_travel=travel, report=report, port=port, listener=console)
     took = f"plotting would take {units.duration(shown.told['planned_s'])}{sentences.tell_hooks(shown.told)}"
-    lent = sentences.tell_letters(shown.tally)
+    lent = sentences.tell_size(shown.tally) + sentences.tell_letters(shown.tally)
     console.report(shown, f"Wrote {sentences.names(shown.files)}; {took}; seed {shown.seed}.{lent}")
     return None
 
@@ -153,7 +153,8 @@ def _of_kept(text: tuple[str, ...], mode: _PlotMode, part: PartOptions, again: s
         from handout.pipeline.plotting import resume
 
         result = resume(mode.resume, mode.port, mode.attendance, attendant=console)
-        sentence = f"Plotted the rest of {result.job.name} in {units.duration(result.executed_s)}."
+        told = sentences.tell_size(result.tally) + sentences.tell_letters(result.tally)
+        sentence = f"Plotted the rest of {result.job.name} in {units.duration(result.executed_s)}.{told}"
         console.report(result, f"{sentence}\n{result.fidelity}".strip())
     elif again:
         _check_kept(text, _AGAIN, "--again plots what is kept", "a plot that is drawn again is drawn as it was")
@@ -185,7 +186,7 @@ def _plot_rows(
     if mode.dry_run:
         took = f"plotting would take {units.duration(result.told['planned_s'])}"
     sentence = f"{summary(result)}; {took}; seed {result.seed}."
-    lent = sentences.tell_letters(result.tally)
+    lent = sentences.tell_size(result.tally) + sentences.tell_letters(result.tally)
     console.report(result, f"{sentence}{lent}\n{result.fidelity}".strip())
     return result.report.exit_code
 

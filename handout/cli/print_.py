@@ -53,7 +53,7 @@ def command(
     if result.calibration_note:
         console.say(result.calibration_note)
     sentence = f"{summary(result)}; {sentences.writing_time(result.tally)}seed {result.seed}."
-    console.report(result, sentence + sentences.tell_letters(result.tally))
+    console.report(result, sentence + sentences.tell_size(result.tally) + sentences.tell_letters(result.tally))
     return result.report.exit_code
 
 
@@ -62,10 +62,10 @@ def summary(result: BatchDelivery) -> str:
     report = result.report
     files = ", ".join(map(str, report.files[: units.MOST_NAMED]))
     jobs = units.count(len({job.name for job in report.jobs}), "job")
-    where = files or f"{jobs} to {result.shares or result.destination}"
+    where = f" ({files or f'{jobs} to {result.shares or result.destination}'})" if files or report.jobs else ""
     before = f", {len(report.before)} before" if report.before else ""
     wanted = units.count(len(report.rows) + len(report.failed), "row" if result.letters else "envelope")
-    return f"{len(report.rows)} of {wanted} done ({where}){before}"
+    return f"{len(report.rows)} of {wanted} done{where}{before}"
 
 
 def make_rows(make: Callable[[], Made], block: contextlib.AbstractContextManager[object], console: Console) -> Made:
@@ -78,8 +78,8 @@ def make_rows(make: Callable[[], Made], block: contextlib.AbstractContextManager
             report = (result := make()).report
     except (PrintingStopped, RowsRefused) as error:
         stopped, report = error, error.report
-    for failure in report.failed:
-        click.echo(f"row {failure.row}: {failure.reason}", err=True)
+    for complaint in report.complaints():
+        click.echo(complaint, err=True)
     for row in report.unknown:
         way_out = f"look whether the sheet is there; --resume --again {row.row} makes it again"
         click.echo(f"row {row.row}: {row.reason}; {way_out}.", err=True)

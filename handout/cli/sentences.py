@@ -30,7 +30,18 @@ def writing_time(tally: Tally) -> str:
 def tell_plotted(result: Plotted) -> str:
     """What was plotted, how long it took, what is to be said of its letters, and how faithful it was."""
     took = f"{units.count(result.sheets, 'sheet')} in {units.duration(result.executed_s)}"
-    return f"Plotted {took}; seed {result.seed}.{tell_letters(result.tally)}\n{result.fidelity}".strip()
+    told = tell_size(result.tally) + tell_letters(result.tally)
+    return f"Plotted {took}; seed {result.seed}.{told}\n{result.fidelity}".strip()
+
+
+def tell_size(tally: Tally) -> str:
+    """How much smaller than asked for texts were written; "" where none was."""
+    if not tally.shrunk:
+        return ""
+    least, many = f"{min(tally.shrunk):.0%}", f"{len(tally.shrunk)} of {tally.pages} pages"
+    if tally.pages == 1:
+        return f" Written at {least} of its size, so that it fits."
+    return f" Written smaller: {many}, down to {least} of their size, so that all fits."
 
 
 def tell_letters(tally: Tally) -> str:
@@ -49,7 +60,11 @@ def tell_letters(tally: Tally) -> str:
             f"{tally.order[0]['word']}: it is guessed; say in the studio, letter by letter, how one is written, and "
             "its like follow."
         )
-    return f"{tell_lent(tally)}{tell_doubts(tally)}{slips}{order}{formulas}"
+    inks = ""
+    if tally.other_inks:
+        named = units.listed(letter + _times(count) for letter, count in Counter(tally.other_inks).items())
+        inks = f" In another ink, as the author wrote none in the usual one: {named}; --pen ballpoint has one ink."
+    return f"{tell_lent(tally)}{tell_doubts(tally)}{inks}{slips}{order}{formulas}"
 
 
 def tell_lent(tally: Tally) -> str:

@@ -124,7 +124,7 @@ class LetterSetting:
 
         def smaller(layout: Layout) -> Layout:
             spacing = layout.line_spacing and max(layout.line_spacing * scale, layout.x_height * scale)
-            return replace(layout, x_height=layout.x_height * scale, line_spacing=spacing)
+            return replace(layout, x_height=layout.x_height * scale, line_spacing=spacing, shrunk=scale)
 
         return replace(self, first=smaller(self.first), following=smaller(self.following))
 

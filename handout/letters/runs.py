@@ -32,7 +32,7 @@ from handout.writing.choosing import NO_REWRITES, GlyphChooser, Rewrites
 from handout.writing.compose import Proofreader, handwriting, keep_setting
 from handout.writing.pages import Handwriting, Unit, Word
 from handout.writing.slips import slip
-from handout.writing.text import FormulaLetters, Piece, may_part, normalise, paragraphs_of
+from handout.writing.text import FormulaLetters, Piece, TiedSpaces, may_part, normalise, paragraphs_of, spaces_of
 
 _BREAK_AFTER = frozenset("-–—/")  # a line may end behind these though there is no space
 _TOUCHING = 0.12  # x-heights between what two hands write of one word
@@ -66,14 +66,14 @@ class Run:
     """What a hand writes without another coming between.
 
     paragraph, line : number of the paragraph in the letter, and of the line in it, as hard breaks make them.
-    spaced : whether there is a space before it.
+    spaces : before it.
     """
 
     paragraph: int
     line: int
     hand: str
     spans: tuple[TextSpan, ...]
-    spaced: bool
+    spaces: int
     may_slip: bool
 
 
@@ -112,7 +112,8 @@ class Runs:
             span = next((s for s, end in zip(run.spans, ends, strict=True) if at <= end), run.spans[-1])
             return f"line {span.line}"
 
-        return f"{self.name}: " + re.sub(r"line (\d+), character (\d+)", line, message)
+        named = re.sub(r"line (\d+), character (\d+)", line, message)
+        return f"{self.name}: " + re.sub(r"(line \d+)(; \1\b)+", r"\1", named)
 
 
 def runs_of(letter: LetterFile, page_numbers: int = 0) -> Runs:
@@ -133,13 +134,14 @@ def runs_of(letter: LetterFile, page_numbers: int = 0) -> Runs:
 def _runs(number: int, paragraph: Paragraph, may_slip: bool) -> Iterator[Run]:
     may_slip = may_slip and paragraph.kind == "text"
     for line, spans in enumerate(_lines(paragraph.spans)):
-        spaced = False
+        before = ""
         for hand, group in groupby(spans, key=lambda span: span.manner.hand):
             own = list(group)
             text = "".join(span.text for span in own)
-            if text.strip():
-                yield Run(number, line, hand, _strip_spans(own), spaced or text[0].isspace(), may_slip)
-            spaced = text[-1:].isspace() or (spaced and not text.strip())
+            bare = text.strip()
+            if bare:
+                yield Run(number, line, hand, _strip_spans(own), spaces_of(before + text.partition(bare)[0]), may_slip)
+            before = text.rpartition(bare)[2] if bare else before + text
 
 
 def _lines(spans: Sequence[TextSpan]) -> Iterator[list[TextSpan]]:
@@ -267,7 +269,8 @@ def _words(units: Iterator[Unit[Any]], run: Run, ratio: float, spans: Sequence[T
         scaled: Word[Any] = Word(
             (), word.extents * scale, (), word.spelt, word.advance * scale, word.left * scale, word.right * scale
         )
-        breakable = number > 0 and (unit.gap > 0 or last[-1] in _BREAK_AFTER) and may_part(last, word.spelt)
+        parted = number > 0 and (unit.gap > 0 or last[-1] in _BREAK_AFTER)
+        breakable = parted and not unit.tied and may_part(last, word.spelt)
         yield LetterWord(
             scaled,
             gap * scale,
@@ -292,7 +295,7 @@ def lines_of(runs: Runs, writers: Mapping[str, Writer]) -> dict[int, list[list[L
             of_paragraph.append([])
         line = of_paragraph[run.line]
         if line and words:
-            gap = writers[run.hand].handwriting.space * words[0].scale if run.spaced else _TOUCHING
-            words[0] = replace(words[0], gap=gap, breakable=run.spaced)
+            gap = writers[run.hand].handwriting.space * words[0].scale if run.spaces else _TOUCHING
+            words[0] = replace(words[0], gap=gap, breakable=run.spaces > 0 and not isinstance(run.spaces, TiedSpaces))
         line += words
     return lines

@@ -111,7 +111,7 @@ class _Placing:
         signatures += [replace(each, word=self._take()) for each in page.signatures if each.row == len(page.rows)]
         writers, layout = self._setting.writers, self._setting.first
         spacing = layout.baseline_distance(writers[""].handwriting.pitch)
-        about: dict[str, Any] = {"line_spacing": round(spacing, 3)}
+        about: dict[str, Any] = {"line_spacing": round(spacing, 3), **layout.told}
         if page.rows:
             about["baseline"] = round(page.rows[0].baseline, 3)
         if self._slips:

@@ -52,6 +52,10 @@ _SUMS: dict[str, Callable[[Any, Any], Any]] = {
 _MARKS = {ord(mark): f"\\{mark}" for mark in string.punctuation}
 _BEGIN, _END = "\ufdd0", "\ufdd1"  # around what fills a gap until all is there: characters that no text has
 _CELL = re.compile(f"{_BEGIN}([^{_END}]*){_END}")
+_OPEN, _SHUT = "\ufdd2", "\ufdd3"  # around a line that ends in a tag, which is left out if nothing is written in it
+_EMPTY_LINE = re.compile(f"{_OPEN}[ \t{_BEGIN}{_END}]*{_SHUT}\n?")
+_TAGS_ALONE = re.compile(r"\s*(\{(%|##)((?!\2\}).)*\2\}\s*)+")
+_LAST_TAG = re.compile(r"(\{(%|##)((?!\2\}).)*)(?<![+-])\2\}$")
 _QUANTITY = re.compile(r"[-+–−]?[\d.,]+|\w")  # what a formula takes as it is; anything else is words in it
 _ISO = re.compile(r"(?P<y>\d{4})-(?P<m>\d\d?)-(?P<d>\d\d?)\Z")
 _DOTTED = re.compile(r"(?P<d>\d\d?)\.\s?(?P<m>\d\d?)\.\s?(?P<y>\d{4})\Z")
@@ -135,7 +139,8 @@ class LetterTemplate:
                     line = trace.tb_lineno
                 trace = trace.tb_next
             raise InputError(f"{self.title}, {self._line(line)}: {_plain_words(error)}.") from error
-        return self._place_cells("".join(pieces))
+        text = _EMPTY_LINE.sub("", "".join(pieces))
+        return self._place_cells(text.replace(_OPEN, "").replace(_SHUT, ""))
 
     def _environment(self) -> SandboxedEnvironment:
         environment = _Environment(
@@ -242,6 +247,14 @@ class _Environment(SandboxedEnvironment):
     """A sandbox in which numbers and texts stay small."""
 
     intercepted_binops = frozenset(_SUMS)
+
+    def parse(self, source: str, name: str | None = None, filename: str | None = None) -> nodes.Template:
+        """See there; behind its last tag a line keeps its break, unless tags stand alone in it."""
+        lines = source.split("\n")
+        for number, line in enumerate(lines):
+            if _LAST_TAG.search(line) and not _TAGS_ALONE.fullmatch(line):
+                lines[number] = _OPEN + _LAST_TAG.sub(r"\1+\2}", line) + _SHUT
+        return super().parse("\n".join(lines), name, filename)
 
     def call_binop(self, context: Any, operator: str, left: Any, right: Any) -> Any:
         """A sum of numbers, or two texts put together."""

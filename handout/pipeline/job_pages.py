@@ -82,10 +82,11 @@ def make_pages(document: Document, profile: Plotter, fit: bool, shares: Sequence
     Raises InputError, MissingCharacters, DoesNotFit: the text cannot be written; or not with the pages that are kept.
     """
     for number, (manuscript, drawing, share) in enumerate(_draw_each_page(document, shares), 1):
+        drawing = fit_to_bed(drawing, profile) if fit else drawing
         tally = Tally.from_pages([manuscript], [drawing])
         if len(shares) + number > 1:
             tally = dataclasses.replace(tally, borrowed=[])  # which is told of once for all pages
-        yield NewPage(fit_to_bed(drawing, profile) if fit else drawing, share, dataclasses.asdict(tally))
+        yield NewPage(drawing, share, dataclasses.asdict(tally))
 
 
 def _draw_each_page(document: Document, shares: Sequence[float]) -> Iterator[tuple[Manuscript, Drawing, float]]:

@@ -33,6 +33,7 @@ class Programs:
     sinks : suffix → what makes a file of a page; see `sinks.write_drawings`.
     seconds : name of the machine → how long all pages made so far would take, s; dips, hooks_s : how often its pen is
         dipped, and what of that time hooks take, s, if there are any.
+    shrunk : of pages that were made to fit, their size as a share of that which was asked for.
     """
 
     def __init__(
@@ -53,6 +54,7 @@ class Programs:
         self._plotters = {suffix: apply_hooks(one, hooks) if hooks else one for suffix, one in plotters.items()}
         self.dips: dict[str, int] = {}
         self.hooks_s: dict[str, float] = {}
+        self.shrunk: list[float] = []
 
     def pressed_evenly(self) -> list[str]:
         """Notes on machines that do not press the pen as its pose says."""
@@ -66,6 +68,7 @@ class Programs:
 
             profile = self._plotters[suffix]
             drawing = fit_to_bed(drawing, profile) if self._fit else drawing
+            self.shrunk += drawing.about.get("shrunk", [])
             plan = make_plan(drawing, profile, speed="fast" if self._fast else 1.0, order=self._order)
             self.seconds[profile.name] = self.seconds.get(profile.name, 0.0) + plan.duration
             if plan.hook_time:

@@ -129,6 +129,8 @@ class Tally:
     slips : words that were struck out; doubtful : words that read as others; formulas : the TeX of each.
     order : words of scanned ink whose strokes may as well have been written in another order.
     hard_to_read : words that a style makes so, and at which letters.
+    shrunk : of pages that were made to fit, their size as a share of that which was asked for.
+    other_inks : letters in another ink than most of the author's page.
     """
 
     pages: int = 0
@@ -144,13 +146,15 @@ class Tally:
     formulas: Sequence[str] = ()
     order: Sequence[Mapping[str, Any]] = ()
     hard_to_read: Sequence[Mapping[str, Any]] = ()
+    shrunk: Sequence[float] = ()
+    other_inks: Sequence[str] = ()
 
     @classmethod
     def from_pages(cls, pages: Sequence[Manuscript], drawings: Sequence[Drawing]) -> Tally:
         """Count some pages of one text, given as manuscripts and as strokes."""
 
-        def gather(name: str) -> list[Any]:
-            return [each for page in pages for each in page.about.get(name, [])]
+        def gather(name: str, told: Sequence[Manuscript | Drawing] = pages) -> list[Any]:
+            return [each for page in told for each in page.about.get(name, [])]
 
         letters = (placed.glyph.letter for page in pages for line in page.lines for placed in line.placed)
         return cls(
@@ -165,10 +169,10 @@ class Tally:
             slips=gather("slips"),
             doubtful=gather("doubtful"),
             formulas=gather("formulas"),
-            **{
-                name: [each for drawing in drawings for each in drawing.about.get(name, [])]
-                for name in ("order", "hard_to_read")
-            },
+            shrunk=gather("shrunk", drawings or pages),
+            other_inks=gather("other_inks", drawings),
+            order=gather("order", drawings),
+            hard_to_read=gather("hard_to_read", drawings),
         )
 
     @property
@@ -219,7 +223,16 @@ class Tally:
             "files": [str(path) for path in files],
             **{
                 name: told
-                for name in ("borrowed", "slips", "doubtful", "formulas", "order", "hard_to_read")
+                for name in (
+                    "borrowed",
+                    "slips",
+                    "doubtful",
+                    "formulas",
+                    "order",
+                    "hard_to_read",
+                    "shrunk",
+                    "other_inks",
+                )
                 if (told := getattr(self, name))
             },
         }

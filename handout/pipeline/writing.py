@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from types import MappingProxyType
@@ -100,13 +100,13 @@ def open_document(
     return DrawingDocument(source.text, drawing, task, manuscript, (*notes, *told))
 
 
-def describe_asked(document: Document, fit: Callable[[Drawing], Drawing] | None = None) -> tuple[list[str], Facts]:
-    """What a drawing asks for, see `describe_drawing`, and of others nothing; `fit` : shrinks it onto a bed."""
+def describe_asked(document: Document) -> tuple[list[str], Facts]:
+    """What a drawing asks for, see `describe_drawing`, and of others nothing."""
     if not isinstance(document, DrawingDocument):
         return [], {}
     from handout.pipeline.svg_texts import describe_drawing
 
-    sentence, facts = describe_drawing(document.name, document.drawing if fit is None else fit(document.drawing))
+    sentence, facts = describe_drawing(document.name, document.drawing)
     return [sentence], {"drawing": facts}
 
 
@@ -196,7 +196,8 @@ def export(
     times = {"devices": {name: round(seconds, 2) for name, seconds in machines.seconds.items()}}
     hooks_s = {name: round(seconds, 2) for name, seconds in machines.hooks_s.items()}
     hooks: Facts = {"dips": machines.dips, "hooks_s": hooks_s} if hooks_s else {}
-    return deliver(pages.tally, task, files, notes, {**times, **drawing}, hooks)
+    tally = replace(pages.tally, shrunk=machines.shrunk)
+    return deliver(tally, task, files, notes, {**times, **drawing}, hooks)
 
 
 def write_sent(

@@ -144,7 +144,8 @@ def beyond_paper(drawing: Drawing) -> str | None:
 def fit_to_bed(drawing: Drawing, profile: Plotter) -> Drawing:
     """The drawing, made smaller with its page if it does not fit the bed of the machine; times stay as they are.
 
-    What hangs over the edge of the page counts as part of the page.
+    What hangs over the edge of the page counts as part of the page.  `about["shrunk"]`: its size, as a share of that
+    which was asked for.
     """
     if drawing.bounds is None:
         return drawing
@@ -168,4 +169,6 @@ def fit_to_bed(drawing: Drawing, profile: Plotter) -> Drawing:
         xy = (stroke.xy - (corner - edge / scale)) * scale
         strokes.append(dataclasses.replace(stroke, xy=xy, width=pen_width))
     page = Page(width * scale + 2 * edge[0], height * scale + 2 * edge[1], drawing.page.name)
-    return dataclasses.replace(drawing, strokes=tuple(strokes), page=page)
+    shrunk = [round(share * float(scale), 2) for share in drawing.about.get("shrunk", [1.0])]
+    about = {**drawing.about, "shrunk": shrunk} if scale < 1 else drawing.about
+    return dataclasses.replace(drawing, strokes=tuple(strokes), page=page, about=about)

@@ -84,7 +84,7 @@ def address_layout(page: Page, lines: int, longest: int = 20, x_height: float | 
     lowest = page.height - bar_code - height
     top = max(min(max(_CENTRE * page.height - height / 2, stamps), lowest), side)
     bottom = max(page.height - top - height, side)
-    return Layout(page, (top, side, bottom, left), x_height, _PITCH * x_height, fit=True)
+    return Layout(page, (top, side, bottom, left), x_height, _PITCH * x_height, fit=True, unbroken=True)
 
 
 def sender_layout(
@@ -119,4 +119,4 @@ def box_layout(
     size = max(min(x_height, width / wide, height / deep), _X_HEIGHT_LEAST / 2)
     right = max(page.width - x - max(width, _LEAST), 0.0)
     bottom = max(page.height - y - max(deep * size, _LEAST), 0.0)
-    return Layout(page, (y, right, bottom, x), size, _PITCH * size, fit=True)
+    return Layout(page, (y, right, bottom, x), size, _PITCH * size, fit=True, unbroken=True)

@@ -65,6 +65,11 @@ class Report:
             made.setdefault(job.device, {})[job.row] = None
         return {name: list(rows) for name, rows in made.items()}
 
+    def complaints(self) -> Iterator[str]:
+        """Why rows failed, those behind each other of which the same is said together."""
+        for reason, failures in itertools.groupby(self.failed, key=lambda failure: failure.reason):
+            yield f"{name_rows([failure.row for failure in failures])}: {reason}"
+
     @property
     def exit_code(self) -> int:
         """0 all done, 4 some rows failed (or nobody knows of them) and the others were done, 2 none could be done."""

@@ -444,10 +444,15 @@ def _reason(
         return InputError(f"{scan.source}: no line of writing was found on it; is it the right scan?")
     if not _MUCH <= breadth <= _LITTLE:
         letters, count = sum(len(line.letters) for line in lines), len(lines)
-        advice = "the text of this page alone" if breadth < _MUCH else "all that is written on the page"
+        advice = "the text of this page alone, line by line"
+        if breadth > _LITTLE:
+            advice = (
+                "all that is written on the page, line by line, and cover or cut off what is printed or stamped there; "
+                f"if that is done, its letters are {breadth:.1f} times as broad as usual, too broad to be read"
+            )
         return InputError(
             f"{scan.source} has {len(text_lines.lines)} lines of writing, and its text "
             f"({units.count(count, 'line')}, {units.count(letters, 'character')}) is about "
-            f"{1 / breadth:.1f} times what they hold: give {advice}, line by line."
+            f"{1 / breadth:.1f} times what they hold: give {advice}."
         )
     return InputError(f"{scan.source}: {refusal(fit, (len(text_lines.lines), len(lines)))}")

@@ -224,8 +224,8 @@ def _notes(page: ScannedPage, alignment: Alignment, missing: Sequence[Missing]) 
         if line.letters
     }
     notes = [
-        f"{page.source}, line {number + 1}: “{_quote(text.get(number, ''))}” seems not to be what is written there; "
-        "its letters are kept as doubtful."
+        f"{page.source}, line {number + 1}: “{_quote(text.get(number, ''))}” seems not to be what is written there, or "
+        "to lack a word of it; its letters are kept as doubtful; put the text right, and read the page again."
         for number in alignment.poor
     ]
     notes += _word_notes(page.source, alignment.odd)
@@ -271,7 +271,10 @@ def _odd_notes(page: ScannedPage, glyphs: Sequence[ScannedGlyph], odd: Sequence[
     for numbers, (what, way) in zip(odd, said, strict=True):
         named = [f"{glyphs[i].letter} in “{word_at(text, glyphs[i].at)}” (line {glyphs[i].line + 1})" for i in numbers]
         if named:
-            notes.append(f"{page.source}: {what}: {list_names(named)}. {way}; they are not written while others stand.")
+            notes.append(
+                f"{page.source}: {what}: {list_names(named)}. {way}; they are not written while others stand, and "
+                "where none does, --fallback lends one."
+            )
     return notes
 
 

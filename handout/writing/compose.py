@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
-from itertools import groupby, islice, tee
+from dataclasses import replace
+from itertools import chain, groupby, islice, tee
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
@@ -16,7 +17,7 @@ from handout.writing.kept_text import KeptText, TextWriting, last_text
 from handout.writing.layout import Layout
 from handout.writing.pages import Handwriting, Sheet, Unit, paginate, rows_on_pages
 from handout.writing.slips import slip
-from handout.writing.text import Piece, paragraphs_of
+from handout.writing.text import Piece, TiedSpaces, paragraphs_of
 
 if TYPE_CHECKING:
     from handout.hand.drawn import Hand
@@ -205,13 +206,15 @@ def _gather_formulas(set_words: Iterable[tuple[Choice, Unit[Any]]], writer: Hand
     for _, group in groupby(set_words, key=lambda each: id(each[0].formula) if each[0].formula else 0):
         first, unit = next(group)
         if first.formula is None:
-            yield unit
-            yield from (following for _, following in group)
+            for choice, each in chain([(first, unit)], group):
+                yield replace(each, tied=True) if isinstance(choice.spaces, TiedSpaces) else each
         else:
             from handout.writing.formula_words import set_formula
 
             words = [unit.word, *(following.word for _, following in group)]
-            yield from set_formula(first.formula, words, unit.gap, writer, writer.wander(first.key))
+            whole = set_formula(first.formula, words, unit.gap, writer, writer.wander(first.key))
+            yield replace(next(whole), tied=isinstance(first.spaces, TiedSpaces))
+            yield from whole
 
 
 def handwriting(

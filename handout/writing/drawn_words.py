@@ -217,7 +217,7 @@ class PlannedGlyph:
 
 
 class WordWriter:
-    """Writes the words of one text, one after the other; slant drifts from word to word, size and height by letters."""
+    """Writes the words of one text, one after the other; slant drifts from word to word, height by letters."""
 
     def __init__(
         self, hand: Hand, rng: np.random.Generator, jitter: float, lying: BaselineModel = USUAL_BASELINES
@@ -228,7 +228,7 @@ class WordWriter:
         self._slow_slant = Drift(self._vary.slow_slant, varying.SLOW_MEMORY, rng)
         self._slow_breadth = Drift(self._vary.slow_breadth, varying.SLOW_MEMORY, rng)
         self._line_rise = Drift(self._vary.line_rise, varying.LINE_MEMORY, rng)
-        self._size = Drift(self._vary.size, varying.LINE_MEMORY, rng)
+        self._line_height = Drift(self._vary.line_height, varying.LINE_MEMORY, rng)
         self._rise = Drift(self._vary.rise, varying.LETTER_MEMORY, rng)
         self._height = Drift(self._vary.height, varying.LETTER_MEMORY, rng)
         self._slur = Drift(self._vary.slur, varying.LETTER_MEMORY, rng)
@@ -285,15 +285,12 @@ class WordWriter:
         widths = advances * shapes[:, 0, 0] + rng.normal(0.0, vary.gap, n)
         pairs = zip(pairwise(glyphs), widths, pairwise(shapes[:, 0, 0].tolist()), strict=False)
         widths[:-1] += [change_of_room(*pair, width, self._hand.word_space, both) for pair, width, both in pairs]
-        sizes = 1.0 + self._size.walk(rng, n)
-        widths = sizes * widths
         rises = self._line_rise.walk(rng, n) + self._rise.walk(rng, n)
         starts = np.column_stack([np.concatenate([[0.0], np.cumsum(widths)[:-1]]), rises])
         points = list[list[Array]]()
         # by what share the pen falls short of each letter's points; the first letters are written with care
         settled = np.minimum((np.arange(n) + 0.5) / 4, 1.0)
         slurs = np.minimum(np.abs(self._slur.walk(rng, n)) * settled, _MOST_SLURRED)
-        shapes = sizes[:, None, None] * shapes
         for glyph, shape, start, share in zip(glyphs, shapes, starts, slurs, strict=True):
             points.append([])
             for stroke, delayed in zip(glyph.strokes, glyph.delayed, strict=True):
@@ -314,7 +311,8 @@ class WordWriter:
         fading = 1.0 - self._hand.fading * np.minimum(np.arange(n) / 6, 1.0)
         shapes = np.zeros((n, 2, 2))
         shapes[:, 0, 0] = np.exp(self._slow_breadth.draw_next(rng) + rng.normal(0.0, vary.breadth, n))
-        shapes[:, 1, 1] = np.exp(self._height.walk(rng, n)) * fading
+        heights = self._line_height.walk(rng, n) + self._height.walk(rng, n) + rng.normal(0.0, vary.own_height, n)
+        shapes[:, 1, 1] = np.exp(heights) * fading
         shapes[:, 1, 0] = rng.normal(0.0, vary.shear, n)
         return shapes
 

@@ -166,11 +166,13 @@ class Layout:
     line_spacing : distance of baselines, mm; None: the hand's own.
     align : "ragged" is a left edge that wanders as people's does; "left" is a straighter one.
     fit : shrink what does not fit (size first, then spacing) instead of refusing it.
+    unbroken : shrink lines that are too long rather than break them, while they stay legible.
     jitter : scale of all variation: 1 as people vary, 0 the ideal form.
     ruling : the rules of a lined sheet that lines are written on; `line_spacing` says nothing then.
     rewritten : words that are written again while all others stay as they are: where each begins in the text, and how
         many times.
     at : a place in the text, graphemes from 0: only the page that holds it is placed; past the end the last one.
+    shrunk : its size as a share of that which was asked for.
 
     Raises InputError: margins that leave no room, or an x-height or line distance outside its bounds.
     """
@@ -181,10 +183,12 @@ class Layout:
     line_spacing: float | None = None
     align: Align = "ragged"
     fit: bool = False
+    unbroken: bool = False
     jitter: float = 1.0
     ruling: Ruling | None = None
     rewritten: tuple[tuple[int, int], ...] = ()
     at: int | None = None
+    shrunk: float = 1.0
 
     def __post_init__(self) -> None:
         top, right, bottom, left = self.margin
@@ -204,6 +208,11 @@ class Layout:
             )
         if not 0 <= self.jitter <= 5:
             raise InputError(f"variation: {self.jitter:g} is outside 0 to 5 (1 is as people vary).")
+
+    @property
+    def told(self) -> dict[str, list[float]]:
+        """What a page tells of its size: nothing where it is that which was asked for."""
+        return {"shrunk": [round(self.shrunk, 2)]} if self.shrunk < 1 else {}
 
     @property
     def width(self) -> float:

@@ -109,11 +109,13 @@ class Unit(Generic[G]):
     """A word, or the part of one up to a hyphen, with the gap before it (0: no space, part of the word before).
 
     intended : the word that was to be written, where this one is struck out; "" for what is left of one that was cut.
+    tied : whether no line may end before it.
     """
 
     word: Word[G]
     gap: float
     intended: str | None = None
+    tied: bool = False
 
 
 class Handwriting(Protocol[G]):
@@ -199,11 +201,13 @@ def indent_paragraph(units: Iterator[Unit[G]]) -> tuple[float, Iterator[Unit[G]]
 LEAST_GAP = 0.55  # between the ink of two words, x-heights
 SQUEEZE = 0.22  # people bunch the words of a line by at most this share of its gaps to get one more word in
 SMALLEST_FIT = 0.55  # --fit never makes writing smaller than this share of what was asked for
+_UNBROKEN = 0.7  # of the size that was asked for: rather than that small, a line is broken; set by eye
 _BUNCHED = (0.72, 0.88)  # what --fit then makes of word gaps and line distance
 APART = 0.45  # x-heights between the ink of a formula and that of the line above or below; set by eye
 _SLACK = 0.45  # x-heights that formulas between two lines may be higher and deeper than letters are, and take no more
 _NEAR = 0.25  # x-heights between the ink of two formulas of which one is more than letters are; set by eye
 _CUT = 0.01  # x-heights before what a word that is wider than its line goes on with: it is still one word
+_EXACT = 1e-6  # x-heights that a line which is bunched to its room may be wider by rounding
 _BUNCH = 0.25  # share of the usual gap that a gap near the edge gives up before those further from it do
 
 
@@ -242,7 +246,7 @@ def wrap(paragraph: Iterable[Unit[G]], indent: float, room: float, squeeze: floa
         units.append(unit)
         if len(units) > 1 and squeeze_gaps(units, room - indent, squeeze) is None:
             ends = range(len(units) - 1, 0, -1)
-            parts = (k for k in ends if may_part(units[k - 1].word.spelt, units[k].word.spelt))
+            parts = (k for k in ends if not units[k].tied and may_part(units[k - 1].word.spelt, units[k].word.spelt))
             end = next((k for k in parts if squeeze_gaps(units[k:], room, squeeze) is not None), ends[0])
             yield _row(units[:end], indent, room, squeeze)
             units, indent = units[end:], 0.0
@@ -302,17 +306,15 @@ def _fitted_rows(
     paragraphs: Sequence[tuple[float, list[Unit[G]]]], pitch: float, layout: Layout, limit: int
 ) -> tuple[Layout, list[UnitRow[G]]]:
     """Rows that fit the pages, and the layout they fit with."""
-    rows = list(rows_of(paragraphs, layout, pitch))
-    fits = _pages(len(rows), pitch, layout) <= limit
-    if fits and (not layout.fit or _widest(rows) <= layout.room):
-        return layout, rows
+    fitting = _fitting_rows(paragraphs, pitch, layout, limit)
+    best = next(fitting, None)
+    if best is not None and layout.unbroken:
+        whole = (each for each in chain([best], fitting) if len(each[1]) <= len(paragraphs))
+        best = next((each for each in islice(whole, 1) if each[0].shrunk >= _UNBROKEN), best)
+    if best is not None:
+        return best
     if not layout.fit:
-        raise _too_long(len(rows), pitch, layout, limit)
-    for scale in np.linspace(1.0, SMALLEST_FIT, 46)[1:]:
-        smaller = _scale_layout(layout, pitch, float(scale))
-        rows = list(rows_of(paragraphs, smaller, pitch))
-        if _pages(len(rows), pitch, smaller) <= limit and _widest(rows) <= smaller.room:
-            return smaller, rows
+        raise _too_long(len(list(rows_of(paragraphs, layout, pitch))), pitch, layout, limit)
     tight = _scale_layout(layout, pitch, SMALLEST_FIT, _BUNCHED[1])
     bunched = [(indent, [replace(unit, gap=unit.gap * _BUNCHED[0]) for unit in units]) for indent, units in paragraphs]
     rows = list(rows_of(bunched, tight, pitch))
@@ -321,15 +323,23 @@ def _fitted_rows(
     raise _too_long(len(rows), pitch, tight, limit)
 
 
+def _fitting_rows(
+    paragraphs: Sequence[tuple[float, list[Unit[G]]]], pitch: float, layout: Layout, limit: int
+) -> Iterator[tuple[Layout, list[UnitRow[G]]]]:
+    """The layouts with which rows fit the pages, ever smaller ones if `layout.fit` allows it, and those rows."""
+    for scale in (np.linspace(1.0, SMALLEST_FIT, 46) if layout.fit else np.ones(1)).tolist():
+        smaller = layout if scale == 1.0 else _scale_layout(layout, pitch, scale)
+        rows = list(rows_of(paragraphs, smaller, pitch))
+        within = max(row.indent + row.width for row in rows) <= smaller.room + _EXACT
+        if _pages(len(rows), pitch, smaller) <= limit and (within or not layout.fit):
+            yield smaller, rows
+
+
 def _scale_layout(layout: Layout, pitch: float, scale: float, tighter: float = 1.0) -> Layout:
     if layout.ruling is not None:  # the rules stay where they are
-        return replace(layout, x_height=layout.x_height * scale)
-    distance = layout.baseline_distance(pitch) * scale * tighter
-    return replace(layout, x_height=layout.x_height * scale, line_spacing=max(distance, layout.x_height * scale))
-
-
-def _widest(rows: Sequence[UnitRow[G]]) -> float:
-    return max(row.indent + row.width for row in rows)
+        return replace(layout, x_height=layout.x_height * scale, shrunk=scale)
+    distance, size = layout.baseline_distance(pitch) * scale * tighter, layout.x_height * scale
+    return replace(layout, x_height=size, line_spacing=max(distance, size), shrunk=scale)
 
 
 def rows_of(
@@ -503,6 +513,7 @@ def _sheet(
         lines, lower = _inside(lines, layout, layout.height - (ASCENT + DESCENT) * scale - (len(rows) - 1) * pitch)
     ruling = {"baseline": round(even[0][0] + lower, 3), "line_spacing": round(pitch, 3)}
     about = {"hand": writer.name, "x_height": round(scale, 3), **ruling, **({"slips": slips} if slips else {})}
+    about |= layout.told
     return Manuscript(tuple(lines), layout.page, scale, {**about, **_tell_formulas(rows)})
 
 

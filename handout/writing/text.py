@@ -103,7 +103,7 @@ ALIKE = {
     **{accented: ("’" + own, "’" + like) for accented, own, like in zip("ΆΈΉΊΌΎΏ", "ΑΕΗΙΟΥΩ", "AEHIOYΩ", strict=True)},
     **dict(zip("ΑΒΕΖΗΙΚΜΝΟΡΤΥΧονµАВЕІЈКМНОРСТХЅаеіјорсухѕ", "ABEZHIKMNOPTYXovμABEIJKMHOPCTXSaeijopcyxs", strict=True)),
 }
-# without U+00A0, U+2007 and U+202F, at which a line must not break
+# without U+00A0, U+2007 and U+202F, at which a line must not end: see `spaces_of`
 SPACES = str.maketrans(
     dict.fromkeys("\u1680\u2000\u2001\u2002\u2003\u2004\u2005\u2006\u2008\u2009\u200a\u205f\u3000", " ")
 )
@@ -185,6 +185,10 @@ class FormulaLetters(tuple[Letter, ...]):
     def words(self) -> Iterator[tuple[Letter, ...]]:
         """What the hand sets as words, in the order of writing."""
         yield from (word for _, words in self.parts for word in words if word)
+
+
+class TiedSpaces(int):
+    """A number of spaces at which no line may end."""
 
 
 # a number of spaces, or the letters between two of them
@@ -296,23 +300,28 @@ def _pieces(paragraph: Sequence[Letter | str], inside: Collection[int]) -> Itera
     inside : places of formulas, which are not parted.
     """
     piece: list[Letter] = []
-    spaces = 0
+    spaces = ""
     for token in paragraph:
         if isinstance(token, str):
             if piece:
                 yield piece
                 piece = []
-            spaces += 1
+            spaces += token
             continue
         if spaces:
-            yield spaces
-            spaces = 0
+            yield spaces_of(spaces)
+            spaces = ""
         if len(piece) > 1 and piece[-1].base in _BREAK_AFTER and token.base.isalpha() and piece[-1].at not in inside:
             yield piece
             piece = []
         piece.append(token)
     if piece:
         yield piece
+
+
+def spaces_of(between: str) -> int:
+    """The number of spaces between two words of a normalised text; `TiedSpaces` where each holds its line together."""
+    return len(between) if " " in between or not between else TiedSpaces(len(between))
 
 
 def may_part(before: Collection[str], word: Collection[str]) -> bool:

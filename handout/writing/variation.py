@@ -1,8 +1,8 @@
 """How people vary, as named distributions: one place for every standard deviation of the writing.
 
 All are normal unless said otherwise, in x-heights unless said otherwise, and correlated where people's are: a writer
-who leans more in one word leans more in the next, and size and height over the line wander from letter to letter,
-through the spaces between words, so that no word is larger or higher as a whole than those beside it.
+who leans more in one word leans more in the next, and letters' heights, and heights over the line, wander from letter
+to letter, through the spaces between words, so that no word is taller or higher as a whole than those beside it.
 `Variation.scaled` is what the knob ``jitter`` turns; at 0 every letter has its ideal form.
 """
 
@@ -23,11 +23,11 @@ class Variation:
     slant : tangent, of a word about the hand's slant; `SLANT_MEMORY` is its correlation with the word before.
     slow_slant, slow_breadth : tangent and relative: how a writer changes over a page, a page being two or three
         times as long as the memory, `SLOW_MEMORY`.
-    size : relative, of the writing; each letter's is correlated with the one before by `LINE_MEMORY`.
+    line_height : relative, of the letters of a stretch; each is correlated with the one before by `LINE_MEMORY`.
     line_rise : of the writing's height over the line, correlated so, too.
     rise : of a letter's height over that, correlated with the one before by `LETTER_MEMORY`.
     gap : of the distance between letters.
-    breadth, height : relative width and height of a letter; height is correlated by `LETTER_MEMORY`.
+    breadth, height, own_height : relative width and height of a letter; `height` is correlated by `LETTER_MEMORY`.
     shear : tangent, slant of a letter against its word.
     warp, warp_fine : of the smooth fields that bend a word, of long (1.6–3.4) and short (0.7–1.6) waves.
     slur : how far the pen falls short of what it aims at, in shares of the way to the middle between what comes before
@@ -47,13 +47,14 @@ class Variation:
 
     slant: float = 0.04
     slow_slant: float = 0.04
-    slow_breadth: float = 0.08
-    size: float = 0.085
+    slow_breadth: float = 0.045  # by the lengths of the lines of 113 pages
+    line_height: float = 0.05  # all three heights: by the small letters of fifteen people's pages
     line_rise: float = 0.16
     rise: float = 0.08
     gap: float = 0.03
     breadth: float = 0.06
-    height: float = 0.085
+    height: float = 0.07
+    own_height: float = 0.05
     shear: float = 0.022
     warp: float = 0.036
     warp_fine: float = 0.015

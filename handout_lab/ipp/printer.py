@@ -352,6 +352,13 @@ class SimulatedPrinter:
         """Its attributes."""
         state = 5 if self._reasons == ("none",) else 3
         resolutions = (Resolution(300, 300), Resolution(600, 600))
+        sizes = [
+            [
+                attribute(f"{axis}-dimension", MessageTag.INTEGER, round(mm * 100))
+                for axis, mm in zip("xy", sides, strict=True)
+            ]
+            for sides in self._sizes()
+        ]
         return AttributeGroup(
             MessageTag.PRINTER,
             (
@@ -371,6 +378,7 @@ class SimulatedPrinter:
                 ),
                 attribute("document-format-supported", MessageTag.MIME_TYPE, *self.faults.formats),
                 attribute("media-col-supported", MessageTag.KEYWORD, "media-size", "media-source", "media-type"),
+                attribute("media-size-supported", MessageTag.COLLECTION, *sizes),
                 attribute("media-source-supported", MessageTag.KEYWORD, *_TRAYS),
                 attribute("media-type-supported", MessageTag.KEYWORD, *_TYPES),
                 attribute("print-scaling-supported", MessageTag.KEYWORD, "auto", "none"),

@@ -49,8 +49,17 @@ def test_fit_makes_a_page_smaller_than_the_bed(call):
     wide += ["-o", "a.hpgl", "--device", "hp-7475a"]
     refused = call(*wide, code=2)[1]
     assert "is outside the bed 0–" in refused and "plotter-hp-7475a: use --fit" in refused
-    call(*wide, "--fit", "-q")
-    assert Path("a.hpgl").stat().st_size > 10_000
+    told = call(*wide, "--fit")[1]
+    assert Path("a.hpgl").stat().st_size > 10_000 and "Written at 65% of its size, so that it fits." in told
+
+
+def test_how_much_smaller_a_text_is_written_is_told(call):
+    long = ["word " * 90, "--page", "A6", "--fit", "--seed", 1]
+    (shrunk,) = json.loads(call("write", *long, "-o", "a.json", "--json")[0])["shrunk"]
+    assert 0.6 < shrunk < 0.95 and json.loads(Path("a.json").read_text())["about"]["x_height"] == 2.5 * shrunk
+    for verb in (["write", "-o", "a.png"], ["export", "-o", "a.gcode"], ["plot", "--dry-run", "a.svg"]):
+        assert f"Written at {shrunk:.0%} of its size" in call(*verb, *long)[1]
+    assert "of its size" not in call("write", "a word", *long[1:], "-o", "a.svg")[1]
 
 
 @pytest.mark.parametrize(

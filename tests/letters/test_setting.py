@@ -99,6 +99,15 @@ def test_pages_may_be_limited():
     assert len(drawn("word " * 60, page="74x105mm")[0]) > 1
 
 
+def test_no_line_ends_at_a_space_that_ties():
+    text = "Cher M.\u00a0Dupont, cela fait 10\u202f[000]{size=1.1}&nbsp;*€*, M.\u00a0[Ann]{hand=house-print} et "
+    text += "3\u00a0$x$. "
+    for width in (75, 83, 90, 97):
+        (page,), _ = drawn(text * 2, page=f"{width}x200mm")
+        whole = "\n".join(line.text for line in page.lines)
+        assert [whole.count(part) for part in ("M. Dupont,", "10 000 €,", "M. Ann", "3 x.")] == [2] * 4
+
+
 def places(page, word):
     """The letters of a word of a page: (n, 2) mm, of the first line that has it."""
     for line in page.lines:
@@ -145,7 +154,7 @@ def test_what_does_not_fit_is_shrunk_where_that_is_asked_for():
     task = prepare_letter(load(text), WritingOptions(seed=1, fit=True), SheetOptions(page="100x80mm"))
     pages = task.draw(STROKES)
     ((page,), _) = pages.manuscripts, pages.drawings
-    assert page.x_height < 2.5 and letters([page]) == "".join(load(text).text.split())
+    assert page.x_height == 2.5 * page.about["shrunk"][0] < 2.5 and letters([page]) == "".join(load(text).text.split())
 
 
 def test_underlines_stay_under_their_words():

@@ -35,6 +35,11 @@ def filled(text, language="en-GB", markdown=False, **changed):
         ("{% if gift == '' %}none{% endif %}", "none"),
         ("{{ tricky }}", ROW["tricky"]),
         ("{# no comment #}", "{# no comment #}"),
+        ("Dear A{% if many %} and B{% endif %}\nwelcome", "Dear A and B\nwelcome"),
+        ("Dear A{% if gift %} and B{% endif %}\nwelcome", "Dear A\nwelcome"),
+        ("{% if many %}{{ many }}{% endif %}\n\nYours", "3\n\nYours"),
+        ("Ada\n{% if gift %}{{ gift }}{% endif %}\n1 Road", "Ada\n1 Road"),
+        ("so {## a comment ##}\nmuch\n{## another ##}\nof it", "so \nmuch\nof it"),
     ],
 )
 def test_gaps_are_filled(text, wanted):

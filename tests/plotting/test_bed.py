@@ -97,6 +97,7 @@ def test_fit_makes_everything_fit(size, origin, y):
     scale = fitted.strokes[0].length / drawing.strokes[0].length
     assert scale == pytest.approx(fitted.page.width / drawing.page.width) and scale <= 1
     assert (scale == 1) == (size in (A4, A5)) and (fitted is drawing) == (size in (A4, A5))
+    assert fitted is drawing or fitted.about["shrunk"] == [round(scale, 2)]
 
 
 def test_fit_brings_back_what_hangs_over_the_edge():

@@ -1,11 +1,16 @@
+from dataclasses import replace
+
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from handout.errors import InputError
+from handout.hand.library import load
 from handout.page_sizes import page
 from handout.printing.envelope import WINDOWS, address_layout, box_layout
 from handout.values import Page
+from handout.writing.compose import compose
 from handout.writing.layout import ASCENT, DESCENT
 
 ENVELOPES = ["DL", "C6", "C5", "number-10"]
@@ -65,3 +70,20 @@ def test_four_lines_stand_in_every_window_above_the_letter(name):
     top, right, bottom, left = box_layout(sheet, window.box, 4, 24).margin
     assert left >= x and top >= y and sheet.width - right <= x + width + 0.01 <= sheet.width
     assert sheet.height - bottom <= y + height + 0.01 < window.below
+
+
+def test_a_long_line_is_shrunk_rather_than_broken():
+    def written(lines, unbroken, seed=0):
+        layout = address_layout(page("220x110mm"), len(lines), 12)  # a hand is broader than is reckoned
+        layout, text = replace(layout, unbroken=unbroken), "\n".join(lines)
+        (sheet,) = compose(text, load("house-joined"), layout, np.random.default_rng(seed))
+        return [line.text for line in sheet.lines], sheet.x_height / layout.x_height
+
+    lines, broken = ["Marjorie Mommsen", "418 Wammow Road", "Apt 3B", "Mommbrimmwoommer, MA 02138", "USA"], 0
+    for seed in range(8):
+        (free, size), (whole, smaller) = written(lines, False, seed), written(lines, True, seed)
+        assert whole == lines and 0.7 < smaller <= size
+        broken += free != lines
+    assert broken
+    longer = [*lines[:3], "Commbrimmge upon Wammowwater under Mommsbury Hill, MA 02138"]
+    assert written(longer, True) == written(longer, False), "unbroken it would be too small to be read easily"

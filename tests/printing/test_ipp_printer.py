@@ -181,7 +181,8 @@ def test_a_printer_that_lies_is_not_believed(page):
 def test_a_sheet_that_the_printer_does_not_take_is_refused_before_any_work(page):
     with SimulatedPrinter(faults=Faults(no_envelopes=True)) as printer:
         queue, _, _ = connected(printer)
-        with pytest.raises(PrinterRefused, match="does not support what was asked for as media-col"):
+        sheets = r"as media-col.*\. The sheet is 110 x 220 mm; the nearest that it lists: 148 x 210, 210 x 297 mm\."
+        with pytest.raises(PrinterRefused, match=sheets):
             queue.check(DL)
         with pytest.raises(PrinterRefused):
             queue.send(page, DL)

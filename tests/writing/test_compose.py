@@ -126,7 +126,6 @@ def test_a_word_that_cannot_fit_is_broken_and_no_other():
 
 
 @pytest.mark.slow
-@pytest.mark.slow
 def test_a_sign_that_stands_alone_stays_with_its_word():
     """French sets spaces inside « » and before ! and ?: none of them begins or ends a line where there is room."""
     text = "Nous irons au « Café du Nord » ce soir ! Et toi ? Viens ; nous dirons : « Salut » et « jamais » ! " * 3
@@ -135,6 +134,25 @@ def test_a_sign_that_stands_alone_stays_with_its_word():
         assert all(line.text[0] not in "!?:;»" and line.text[-1] != "«" for line in lines)
     narrow = [line.text for line in pages("oui !", PRINT, layout=Layout(page("49x99mm"), x_height=3.0))[0].lines]
     assert narrow == ["oui", "!"]
+
+
+TIED = "Cher M.\u00a0Dupont, cela fait 10\u202f000\u202f€ et 3\u00a0$\\mu$ le 5\u2007mai. "
+
+
+def test_no_line_ends_at_a_space_that_ties():
+    def lines(text, width, x_height=3.0):
+        layout = Layout(page(f"{width}x300mm"), x_height=x_height)
+        return [line.text for line in pages(text, PRINT, layout=layout)[0].lines]
+
+    parted = 0
+    for width in (88, 97, 121, 136):
+        free = "\n".join(lines(TIED.translate(dict.fromkeys(map(ord, "\u00a0\u2007\u202f"), " ")) * 2, width))
+        tied = "\n".join(lines(TIED * 2, width))  # a text that begins as the last one did, and differs in its spaces
+        assert [tied.count(part) for part in ("M. Dupont,", "10 000 €", "3 μ", "5 mai.")] == [2] * 4
+        parted += tied != free
+    assert parted
+    assert lines("10\u00a0000", 54, 3.5) == ["10", "000"]  # no line has room for both
+    assert lines("aaaa\u00a0 bbbb", 64, 3.5) == ["aaaa", "bbbb"]
 
 
 def test_pages_follow_and_blank_lines_stay():
@@ -150,6 +168,8 @@ def test_too_much_text_says_by_how_much_and_fit_shrinks():
         pages(LONG * 3, pages=1)
     (sheet,) = pages(LONG * 3, layout=Layout(page("A5"), fit=True))
     assert sheet.x_height < 2.5
+    bunched = "a word and another word that go on " * 6  # its longest line is as wide as its room, but for rounding
+    assert pages(bunched, seed=13, layout=Layout(page("A5"), fit=True))[0].x_height == 2.5
     assert written([sheet]) == (LONG * 3).strip()
     assert ink(sheet)[:, 1].max() < 210 - 15
     with pytest.raises(DoesNotFit, match="larger page or less text"):

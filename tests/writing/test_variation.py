@@ -32,14 +32,14 @@ def test_a_walk_is_correlated_as_wide_as_it_says_and_goes_on():
         assert abs(np.corrcoef(walks[:, at], walks[:, at + 1])[0, 1] - LETTER_MEMORY) < 0.05
 
 
-def test_size_and_height_wander_on_from_word_to_word():
+def test_heights_wander_on_from_word_to_word():
     hand, rng = load("house-print"), np.random.default_rng(2)
     writer, form = WordWriter(hand, rng, 1.0), hand.glyphs["o"][0]
     words = [writer.word([form] * 4, [Letter("o", (), i) for i in range(4)], rng) for _ in range(1500)]
     inked = [[np.vstack(glyph.strokes)[:, 1] for glyph in word.glyphs] for word in words]
-    sizes = np.array([np.mean([np.ptp(y) for y in letters]) for letters in inked])
+    heights = np.array([np.mean([np.ptp(y) for y in letters]) for letters in inked])
     feet = np.array([np.mean([y.min() for y in letters]) for letters in inked])
-    for of_words, least in ((sizes, 0.6), (feet, 0.75)):  # .34 and .44 where each word begins anew
+    for of_words, least in ((heights, 0.45), (feet, 0.75)):  # -.04 to .03 where each word begins anew
         assert np.corrcoef(of_words[1:], of_words[:-1])[0, 1] > least
 
 

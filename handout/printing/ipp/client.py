@@ -23,7 +23,16 @@ from handout.printing.ipp.message import (
     decode,
     encode,
 )
-from handout.printing.ipp.request import DOUBTFUL, RETRYABLE, Capabilities, IppStatus, JobState, job_attributes, phrase
+from handout.printing.ipp.request import (
+    DOUBTFUL,
+    RETRYABLE,
+    Capabilities,
+    IppStatus,
+    JobState,
+    job_attributes,
+    name_sheets,
+    phrase,
+)
 from handout.printing.ipp.transport import Transport, TransportError
 from handout.printing.queue import Ticket
 
@@ -179,11 +188,16 @@ class Client:
     def validate(self, ticket: Ticket, capabilities: Capabilities) -> None:
         """Ask whether the printer would take such a page (Validate-Job); nothing is printed.
 
-        Raises PrinterRefused: it would not; the message says what it does not do.
+        Raises PrinterRefused: it would not; the message says what it does not do, and which sheets it has.
         """
         if Operation.VALIDATE_JOB not in capabilities.operations:
             return
-        self._ask(Operation.VALIDATE_JOB, _describe_document(ticket), job_attributes(ticket, capabilities))
+        try:
+            self._ask(Operation.VALIDATE_JOB, _describe_document(ticket), job_attributes(ticket, capabilities))
+        except PrinterRefused as error:
+            if "media" not in str(error):
+                raise
+            raise PrinterRefused(f"{error} {name_sheets(ticket, capabilities)}".strip(), error.code) from error
 
     def print(self, ticket: Ticket, capabilities: Capabilities, document: bytes) -> int:
         """Print a document (Print-Job); the number of the job.

@@ -8,6 +8,7 @@ PWG 5100.13 for what multifunction printers add.
 
 from __future__ import annotations
 
+import math
 import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -21,6 +22,7 @@ from handout.printing.queue import Ticket
 
 _DOTS_AN_INCH = 3  # the unit of a resolution, see `message.Resolution`
 _HUNDREDTHS = 100  # PWG 5100.7: media-col has its lengths in 1/100 mm
+_MOST_SHEETS = 6  # that are named where one is refused
 _PLAIN = (MessageTag.KEYWORD, MessageTag.ENUM, MessageTag.INTEGER, MessageTag.BOOLEAN, MessageTag.NAME)
 
 
@@ -108,6 +110,21 @@ def _media_col(ticket: Ticket, capabilities: Capabilities) -> tuple[Attribute, .
     if ticket.type and ticket.type in capabilities.texts("media-type-supported"):
         members.append(attribute("media-type", MessageTag.KEYWORD, ticket.type))
     return tuple(members)
+
+
+def name_sheets(ticket: Ticket, capabilities: Capabilities) -> str:
+    """The sheet that is asked for, and the nearest in size of those that a printer lists; "" where it lists none."""
+    wanted, listed = (ticket.sheet.width, ticket.sheet.height), list[tuple[float, ...]]()
+    for size in capabilities.message.find_all("media-size-supported", MessageTag.PRINTER):
+        parts = size.value if isinstance(size.value, tuple) else ()
+        sides = [side.values[0].value for side in parts]
+        fixed = tuple(side / _HUNDREDTHS for side in sides if isinstance(side, int))
+        listed += [fixed] if len(fixed) == len(wanted) else []
+    if not listed:
+        return ""
+    nearest = sorted(set(listed), key=lambda sides: math.dist(sides, wanted))[:_MOST_SHEETS]
+    names = ", ".join(f"{across:.0f} x {along:.0f}" for across, along in nearest)
+    return f"The sheet is {wanted[0]:.0f} x {wanted[1]:.0f} mm; the nearest that it lists: {names} mm."
 
 
 def _option(name: str, value: str, capabilities: Capabilities) -> Attribute:
