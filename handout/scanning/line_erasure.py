@@ -3,7 +3,8 @@
 A line is followed in blocks along its way, in which the median of the columns shows it where letters cross.  Beside
 ink its pixels become the lighter of what lies above and below them; a pixel darker than the line within half a pixel of
 it, in any channel, is ink and stays.  Where that was half a pixel off, bits of line stayed in letters: on two writers'
-ruled pages 61 and 80 such bits of 8 pixels and more, and 13 and 17 since.
+ruled pages 61 and 80 such bits of 8 pixels and more, and 13 and 17 since; of 24 places on three others' where the ink
+differs 8 are better, by eye, and 2 worse: a foot that rests on the line lost its edge.
 
 Source: own method.
 """
