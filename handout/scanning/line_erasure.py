@@ -196,7 +196,7 @@ def _bare_line(strip: NDArray[np.float32], line: _Followed) -> NDArray[np.float3
     return _between_rows(along, 2 * (np.arange(2, len(strip) - 2)[:, None] - beside))
 
 
-def _between_rows(image: Array, at: Array) -> NDArray[np.float32]:
+def _between_rows(image: Array | NDArray[np.float32], at: Array) -> NDArray[np.float32]:
     """(n, w, 3) an image (m, w, 3) at places (n, w) between its rows."""
     low = np.floor(at).astype(np.intp).clip(0, len(image) - 2)
     part, column = (at - low).clip(0, 1)[:, :, None], np.arange(image.shape[1])
