@@ -53,8 +53,8 @@ _ONE_EACH = "give one --text for each page, in the same order"
 # ink a letter below which a line of a sheet is empty, of that of full lines, a quantile; empty ones have .01 of it,
 # others .24
 _EMPTY, _FULL = 0.1, 0.9
-# mm² of ink a letter over the printed words of nine lines in ten: most pens leave .001 to .1, grey print 1.2. A joined
-# hand with tall loops leaves .4, but 2.0 of the print's colour is seen beside it, and of grey print none
+# mm² of ink a letter over the words of nine lines in ten: pens leave .001 to .1, tall loops .4 with 2.0 of the print's
+# colour beside it, grey print 1.2 and none of it
 _PRINT_LEFT = 0.3
 _SAME = 0.75  # cosine between the ink of two pictures from which they show one sheet: photographs have .94
 _NOTHING = 0.02  # mm² of ink a letter of full lines, below which a sheet is blank: pens and pencils leave 1.7 to 2.5
@@ -342,8 +342,7 @@ def filled_sheet(scan: Scan | FilePicture) -> FilledSheet | None:
 def _ink_fault(of_letter: Array, reddish: Array, over_words: Array, coloured: Array) -> str | None:
     """Why the ink of a sheet cannot be read; all arrays (lines,), mm² a letter.
 
-    reddish : what has the colour of the print; over_words, coloured : ink, and what has the colour of the print, over
-        the printed words, none on a plain sheet.
+    reddish : what has the print's colour; over_words, coloured : ink, and that colour, over its words, if any.
     """
     if reddish.sum() > _REDDISH * of_letter.sum():
         return (
