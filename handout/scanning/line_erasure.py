@@ -110,32 +110,23 @@ def _follow_line(rgb: NDArray[np.uint8], at: float, slope: float, pixel: float) 
     profile = np.stack([np.percentile(light[:, block], _ERASURE.most, axis=1) for block in blocks])
     # how much darker each place is than what lies on both sides of it, as a line is and the body of a letter is not
     dip = ndimage.grey_closing(profile, size=(1, 2 * round(_ERASURE.thickest / pixel) + 1)) - profile
-    place, depth = _find_path(dip)
+    finer = np.arange(-reach * _ERASURE.fine, reach * _ERASURE.fine + 1) / _ERASURE.fine
+    seen = interpolate.interp1d(offsets, ndimage.gaussian_filter1d(dip, 0.7, axis=1), "cubic")(finer)
+    # the path along which most line is seen and that bends little; a letter, however dark, counts as much as line
+    gain = np.minimum(seen / max(float(np.median(seen.max(axis=1))), 1e-6), 1.0)
+    path = viterbi(list(-gain), [_ERASURE.bend * (finer[:, None] - finer) ** 2] * (len(gain) - 1))
+    place, depth = ndimage.gaussian_filter1d(finer[path], 1.0, mode="nearest"), seen[np.arange(len(seen)), path]
     shown = depth > max(_ERASURE.weak * np.percentile(depth, _ERASURE.clear), _ERASURE.faintest)
     if shown.mean() < _ERASURE.seen:
         return None
     bare = tuple(blocks[k] for k in np.flatnonzero(shown))
-    way = straight + np.interp(column, [block.mean() for block in bare], offsets[0] + place[shown])
+    way = straight + np.interp(column, [block.mean() for block in bare], place[shown])
     grey = _rows(rgb, way, np.arange(-1, 2)).mean(axis=-1)
     middle = ndimage.uniform_filter1d(grey, _ERASURE.screen, axis=1).min(axis=0)
     darkness = np.percentile(light, 75) - middle
     own = float(np.median(darkness[np.concatenate(bare)]))
     # lines are printed evenly; a row of letters is dark and light by turns
     return _Followed(way, bare) if np.mean(np.abs(darkness - own) <= _ERASURE.even * own) > _ERASURE.evenly else None
-
-
-def _find_path(dip: Array) -> tuple[Array, Array]:
-    """(n,) at which of m offsets a line runs in each of n blocks, and (n,) how dark it is there.
-
-    It is the path along which most line is seen and that bends little; a letter, however dark, counts as much as line.
-
-    dip : (n, m) how much darker each offset of a block is than what lies on both sides of it.
-    """
-    at = np.arange((dip.shape[1] - 1) * _ERASURE.fine + 1) / _ERASURE.fine
-    seen = interpolate.interp1d(np.arange(dip.shape[1]), ndimage.gaussian_filter1d(dip, 0.7, axis=1), "cubic")(at)
-    gain = np.minimum(seen / max(float(np.median(seen.max(axis=1))), 1e-6), 1.0)
-    path = viterbi(list(-gain), [_ERASURE.bend * (at[:, None] - at) ** 2] * (len(gain) - 1))
-    return ndimage.gaussian_filter1d(at[path], 1.0, mode="nearest"), seen[np.arange(len(seen)), path]
 
 
 def _take_out(rgb: NDArray[np.uint8], line: _Followed, pixel: float) -> bool:
