@@ -153,7 +153,8 @@ def _of_kept(text: tuple[str, ...], mode: _PlotMode, part: PartOptions, again: s
         from handout.pipeline.plotting import resume
 
         result = resume(mode.resume, mode.port, mode.attendance, attendant=console)
-        sentence = f"Plotted the rest of {result.job.name} in {units.duration(result.executed_s)}."
+        told = sentences.tell_size(result.tally) + sentences.tell_letters(result.tally)
+        sentence = f"Plotted the rest of {result.job.name} in {units.duration(result.executed_s)}.{told}"
         console.report(result, f"{sentence}\n{result.fidelity}".strip())
     elif again:
         _check_kept(text, _AGAIN, "--again plots what is kept", "a plot that is drawn again is drawn as it was")
@@ -185,7 +186,7 @@ def _plot_rows(
     if mode.dry_run:
         took = f"plotting would take {units.duration(result.told['planned_s'])}"
     sentence = f"{summary(result)}; {took}; seed {result.seed}."
-    lent = sentences.tell_letters(result.tally)
+    lent = sentences.tell_size(result.tally) + sentences.tell_letters(result.tally)
     console.report(result, f"{sentence}{lent}\n{result.fidelity}".strip())
     return result.report.exit_code
 

@@ -35,8 +35,13 @@ def tell_plotted(result: Plotted) -> str:
 
 
 def tell_size(tally: Tally) -> str:
-    """How much smaller than asked for a text was written; "" where it was not."""
-    return f" Written at {min(tally.shrunk):.0%} of its size, so that it fits." if tally.shrunk else ""
+    """How much smaller than asked for texts were written; "" where none was."""
+    if not tally.shrunk:
+        return ""
+    least, many = f"{min(tally.shrunk):.0%}", f"{len(tally.shrunk)} of {tally.pages} pages"
+    if tally.pages == 1:
+        return f" Written at {least} of its size, so that it fits."
+    return f" Written smaller: {many}, down to {least} of their size, so that all fits."
 
 
 def tell_letters(tally: Tally) -> str:
@@ -55,7 +60,11 @@ def tell_letters(tally: Tally) -> str:
             f"{tally.order[0]['word']}: it is guessed; say in the studio, letter by letter, how one is written, and "
             "its like follow."
         )
-    return f"{tell_lent(tally)}{tell_doubts(tally)}{slips}{order}{formulas}"
+    inks = ""
+    if tally.other_inks:
+        named = units.listed(letter + _times(count) for letter, count in Counter(tally.other_inks).items())
+        inks = f" In another ink, as the author wrote none in the usual one: {named}; --pen ballpoint has one ink."
+    return f"{tell_lent(tally)}{tell_doubts(tally)}{inks}{slips}{order}{formulas}"
 
 
 def tell_lent(tally: Tally) -> str:

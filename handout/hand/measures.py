@@ -253,6 +253,7 @@ def _bounded_median(tops: list[float], unit: float, bounds: tuple[float, float])
 
 
 _INK_SHARE = 0.02  # of a page's letters, for an ink of its own: fewer are taken for one of the others
+_DARKEST = 0.02  # of the paper's light: darker is not told from black
 _SAME_INK = 0.1  # distance of RGB in 0–1 below which two pages are written in one ink: scans differ by as much
 
 
@@ -273,6 +274,16 @@ def ink_colours(hand: ScannedHand) -> InkColours:
     """The inks that the letters of a hand are written in; of a hand without letters, those of all that is drawn."""
     count, *kept = learnt(hand, "inks", VERSION, None, lambda: _measure_inks(hand)).astype(np.intp).tolist()
     return InkColours(tuple(f"#{colour:06x}" for colour in kept[:count]), np.array(kept[count:], dtype=np.intp))
+
+
+def in_other_ink(hand: ScannedHand) -> NDArray[np.bool_]:
+    """(n,): glyphs of another ink than most of their page: a heading in red."""
+    of, other = ink_colours(hand).of, np.zeros(len(hand.glyphs), dtype=bool)
+    page_of = np.array([glyph.page for glyph in hand.glyphs], dtype=np.intp)
+    for number in np.unique(page_of).tolist():
+        here = page_of == number
+        other[here] = of[here] != np.bincount(of[here]).argmax()
+    return other
 
 
 def _measure_inks(hand: ScannedHand) -> Sequence[int]:
@@ -318,7 +329,8 @@ def _kinds(colours: Array) -> Indices:
     """Which of a page's inks each of its letters (n, 3) is written in, from 0."""
     if not len(colours):
         return np.zeros(0, dtype=np.intp)
-    away = colours - 1
+    # in densities, whose direction is the same however thin the line is: as light, a washed red is a neighbour of blue
+    away = -np.log(np.maximum(colours, _DARKEST))
     directions = away / np.maximum(np.linalg.norm(away, axis=1), 1e-9)[:, None]
     # the kinds, with those of very few members joined to the nearest of the others, numbered from 0
     kind = hues.kinds(directions, _INK_SHARE)

@@ -212,7 +212,8 @@ class AttendedPlotter:
         with _advise_at_end(job, new=new):
             self.draw(job)
         job, drawn = load(job.folder), Drawn(reports=tuple(self.reports))
-        return Plotted(job=job, reports=drawn.reports, told={**state_of(job), **drawn.executed_facts()})
+        tally = sum((Tally(**counts) for counts in job.told), Tally())
+        return Plotted(job=job, reports=drawn.reports, tally=tally, told={**state_of(job), **drawn.executed_facts()})
 
     def draw(self, job: PlotJob) -> None:
         """Draw a job, or what is left of it, at first over a port that is open."""
@@ -283,8 +284,7 @@ def plot(
     work = _check_request(request, port)
     station = AttendedPlotter(work.profile, AtPlotter(attendant, port), attendance, account)
     plotted = station.plot_new(partial(_begin_job, work, port, attendant), notes=work.notes)
-    tally, task = sum((Tally(**counts) for counts in plotted.job.told), Tally()), work.document.task
-    return plotted.tell_as(deliver(tally, task, (), work.notes, behind=work.drawing))
+    return plotted.tell_as(deliver(plotted.tally, work.document.task, (), work.notes, behind=work.drawing))
 
 
 def keep(request: PlotRequest, port: str | None = None) -> tuple[PlotJob, tuple[str, ...]]:

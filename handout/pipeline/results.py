@@ -130,6 +130,7 @@ class Tally:
     order : words of scanned ink whose strokes may as well have been written in another order.
     hard_to_read : words that a style makes so, and at which letters.
     shrunk : of pages that were made to fit, their size as a share of that which was asked for.
+    other_inks : letters in another ink than most of the author's page.
     """
 
     pages: int = 0
@@ -146,6 +147,7 @@ class Tally:
     order: Sequence[Mapping[str, Any]] = ()
     hard_to_read: Sequence[Mapping[str, Any]] = ()
     shrunk: Sequence[float] = ()
+    other_inks: Sequence[str] = ()
 
     @classmethod
     def from_pages(cls, pages: Sequence[Manuscript], drawings: Sequence[Drawing]) -> Tally:
@@ -168,6 +170,7 @@ class Tally:
             doubtful=gather("doubtful"),
             formulas=gather("formulas"),
             shrunk=gather("shrunk", drawings or pages),
+            other_inks=gather("other_inks", drawings),
             order=gather("order", drawings),
             hard_to_read=gather("hard_to_read", drawings),
         )
@@ -220,7 +223,16 @@ class Tally:
             "files": [str(path) for path in files],
             **{
                 name: told
-                for name in ("borrowed", "slips", "doubtful", "formulas", "order", "hard_to_read", "shrunk")
+                for name in (
+                    "borrowed",
+                    "slips",
+                    "doubtful",
+                    "formulas",
+                    "order",
+                    "hard_to_read",
+                    "shrunk",
+                    "other_inks",
+                )
                 if (told := getattr(self, name))
             },
         }

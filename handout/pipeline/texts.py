@@ -475,8 +475,20 @@ def draw(
         from handout.inking.pen_replacement import ink_drawing
 
         drawing = replace(ink_drawing(page, task.hand, task.pen_hand), strokes=drawing.strokes)
-    told = {"program": f"handout {__version__}", "seed": task.seed, **words(page)}
+    told = {"program": f"handout {__version__}", "seed": task.seed, **words(page), **_other_inks(page, task)}
     return replace(drawing, about={**told, **about, **drawing.about})
+
+
+def _other_inks(page: Manuscript, task: WritingTask) -> Facts:
+    """The letters of a page in another ink than most of the author's, for what keeps their colours; nothing if none."""
+    if task.hand.pages is None or task.pen_hand or task.traced:
+        return {}
+    from handout.hand.measures import in_other_ink
+
+    other = in_other_ink(task.hand.author or task.hand)
+    written = [(each.glyph.letter, each.ink.number) for line in page.lines for each in line.placed if each.ink]
+    found = [letter for letter, number in written if number < len(other) and other[number]]
+    return {"other_inks": found} if found else {}
 
 
 def _apply_style(drawing: Drawing, task: WritingTask, rng: np.random.Generator, page: Manuscript) -> Drawing:

@@ -229,17 +229,17 @@ class ForeignInkSettings:
 _FOREIGN = ForeignInkSettings()
 
 
-def foreign_ink(graph: LineGraph, scan: Scan, paper: NDArray[np.float32]) -> NDArray[np.bool_]:
-    """(n,) which vertices of a page's line have ink of another colour than most.
+def foreign_ink(graph: LineGraph, scan: Scan, paper: BarePaper) -> NDArray[np.bool_]:
+    """(n,) which vertices of a page's line have ink of another colour than most, over the paper where they lie.
 
-    paper : (3,) 0–1, the paper's colour.
+    Over paper of one colour, all ink in the shadow of a photograph would have that of the shadow, too.
     """
     if not len(graph):
         return np.zeros(0, dtype=bool)
     column, row = np.rint(graph.uv).astype(np.intp).T
     column, row = column.clip(0, scan.shape[1] - 1), row.clip(0, scan.shape[0] - 1)
-    soft = cv2.GaussianBlur(scan.rgb, (0, 0), _FOREIGN.blur)[row, column].astype(np.float64)
-    density = -np.log(np.maximum(soft, _FOREIGN.darkest) / np.maximum(255 * paper, _FOREIGN.darkest))
+    soft = cv2.GaussianBlur(flatten(scan, paper).rgb, (0, 0), _FOREIGN.blur)[row, column].astype(np.float64)
+    density = -np.log(np.maximum(soft, _FOREIGN.darkest) / np.maximum(255 * paper.colour, _FOREIGN.darkest))
     usual = _unit_vectors(np.median(_unit_vectors(density), axis=0))
     foreign = np.zeros(len(graph), dtype=bool)
     for path in branches(graph.edges, len(graph)):

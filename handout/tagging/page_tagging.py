@@ -119,7 +119,7 @@ def without_foreign_ink(
 
     Returns the page; (n,) which vertices of its line were left out; sentences to show the user.
     """
-    foreign = foreign_ink(written.graph, written.scan, written.paper.colour)
+    foreign = foreign_ink(written.graph, written.scan, written.paper)
     share = float(foreign.mean()) if len(foreign) else 0.0
     none = np.zeros(len(foreign), dtype=bool)
     if share < _LEAST_FOREIGN:

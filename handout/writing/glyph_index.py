@@ -33,7 +33,7 @@ from numpy.typing import NDArray
 
 from handout.hand.author_reader import find_odd_rarities
 from handout.hand.learnt import learnt
-from handout.hand.measures import body_sizes
+from handout.hand.measures import body_sizes, in_other_ink
 from handout.hand.places import PLACES, Place, places
 from handout.hand.scanned import NOBODY, ScannedHand
 from handout.hand.vetting import SURE, vet
@@ -430,6 +430,8 @@ def index_glyphs(hand: ScannedHand) -> GlyphIndex:
     bodies = [glyph.vertices[~inner[glyph.page][glyph.vertices]] for glyph in glyphs]
     whole = [body if len(body) else glyph.vertices for body, glyph in zip(bodies, glyphs, strict=True)]
     exits, entries = _ligatures(hand)
+    refused = vet(hand).refused
+    refused[: hand.own_count] |= in_other_ink(hand.author or hand)
     index = GlyphIndex(
         hand,
         tuple("" if glyph.kept_out else glyph.letter for glyph in glyphs),
@@ -441,7 +443,7 @@ def index_glyphs(hand: ScannedHand) -> GlyphIndex:
         residuals(hand, whole),
         *_joined_shares(hand),
         readonly(intrinsic_cost(hand, bodies), count),
-        vet(hand).refused,
+        refused,
         np.zeros(count),
     )
     return replace(index, even_price=readonly(_even_prices(index), count))

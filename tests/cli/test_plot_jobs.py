@@ -156,14 +156,15 @@ def test_nobody_can_be_asked_for_the_next_sheet(call, monkeypatch):
     from handout.pipeline import plotting
 
     monkeypatch.setattr(plotting, "is_simulated", lambda address: False)
-    _, err = call("plot", "--port", "sim:", "hi", "--copies", 2, "--seed", 1, code=2)
+    _, err = call("plot", "--port", "sim:", "hi 🦊", "--fallback", "--copies", 2, "--seed", 1, code=2)
     assert "Put in sheet 2: nobody can be asked to; use --yes" in err
     name = re.search(r"--resume (\S+)", err).group(1)
     told = json.loads(call("plot", "show", name, "--json")[0])
     assert told["part"] == 2 and told["drawn_mm"] == pytest.approx(told["pen_down_mm"] / 2, abs=0.2)
     _, err = call("plot", "--resume", name, "--yes", code=2)
     assert "--at-zero" in err
-    assert "Plotted the rest" in call("plot", "--resume", name, "--yes", "--at-zero")[1]
+    err = call("plot", "--resume", name, "--yes", "--at-zero")[1]
+    assert "Plotted the rest" in err and "Left out, since the hand has no form for it: 🦊." in err
 
 
 def command(*arguments):

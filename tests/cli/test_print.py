@@ -231,3 +231,12 @@ def test_a_batch_is_gone_on_with_by_the_same_columns(call):
         assert "--address was not given and is now work" in err
         _, err = call("print", "o.csv", "--queue", printer.uri, "--columns", "1=name", *QUICK, "--resume", code=2)
         assert "--columns was name=Who and is now 1=name" in err
+
+
+def test_an_address_that_is_written_smaller_is_told(call):
+    rows = ["Wolfgang Mommsenwammer,Wummwumm-Mammutweg 114,Mommwumm am Wummerswald", "Ada,Lane 1,Bath"]
+    Path("long.csv").write_text("\n".join(["name,street,city", *rows]), encoding="utf-8")
+    asked = ["print", "long.csv", "--dry-run", "a.svg", "--seed", 1]
+    assert re.search(r"Written at [78]\d% of its size, so that it fits\.", call(*asked, "--rows", 2)[1])
+    assert "Written smaller: 1 of 2 pages, down to " in call(*asked)[1]
+    assert "smaller" not in call(*asked, "--rows", 3)[1]

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from handout.hand import file
-from handout.hand.measures import ink_colours
+from handout.hand.measures import in_other_ink, ink_colours
 from handout.hand.scanned import Texture
 
 BLUE, GREY, RED = (70, 80, 170), (96, 96, 99), (190, 50, 60)
@@ -63,6 +63,39 @@ def test_two_inks_on_one_page(small_hand):
         x = page.graph.uv[glyph.vertices, 0]
         if x.max() < middle - 5 or x.min() > middle + 5:
             assert near(found.colours[ink], BLUE if x.max() < middle else RED), glyph.letter
+
+
+def test_letters_of_a_heading_are_not_written_while_others_stand(small_hand, tmp_path):
+    import json
+
+    from click.testing import CliRunner
+
+    from handout.cli import cli
+    from handout.writing.glyph_index import index_glyphs
+
+    page, washed = small_hand.pages[0], ((92, 98, 145), (189, 95, 103))  # nearer to each other as light than as ink
+    edge = 500
+    hand = replace(small_hand, pages=(inked(inked(page, washed[0]), washed[1], edge),))
+    other = in_other_ink(hand)
+    right = [page.graph.uv[glyph.vertices, 0].min() > edge + 5 for glyph in hand.glyphs]
+    assert 0 < other.mean() < 0.5 and other[right].all() and index_glyphs(hand).refused[other].all()
+    assert not in_other_ink(doubled(small_hand, inked(page, BLUE), inked(page, RED))).any(), "a page of its own"
+    lone = next(x for x in hand.letters if x.isalpha() and other[list(hand.numbers_of_letter(x))].all())
+    file.save(hand, tmp_path / "two.hand")
+    args = [
+        "write",
+        lone,
+        "--hand",
+        str(tmp_path / "two.hand"),
+        "--page",
+        "A6",
+        "--json",
+        "-o",
+        str(tmp_path / "a.png"),
+    ]
+    assert json.loads(CliRunner().invoke(cli, args).stdout)["other_inks"] == [lone]
+    told = CliRunner().invoke(cli, [arg for arg in args if arg != "--json"]).stderr
+    assert f"In another ink, as the author wrote none in the usual one: {lone}; --pen" in told
 
 
 def test_a_pen_without_letters_has_a_colour(small_hand):

@@ -1,10 +1,13 @@
 """Ink of another colour is told by its colour, whatever its darkness; pale marks are told from ink and from paper."""
 
+from dataclasses import replace
+
 import cv2
 import numpy as np
 import pytest
 
 from handout.hand.page_editor import line_alone
+from handout.scanning.paper import find_paper
 from handout.scanning.scan import Scan
 from handout.scanning.written_page import find_ink, foreign_ink, prepare
 from handout.values import LineGraph
@@ -37,11 +40,14 @@ def level(*heights, width=400):
     return LineGraph((uv + 0.5) * 25.4 / DPI, np.full(len(uv), 0.15), np.ones(len(uv)), uv, edges)
 
 
+@pytest.mark.parametrize("shadow", [0.0, 0.7])
 @pytest.mark.parametrize("strength", [0.6, 1.0])
-def test_another_ink_is_told_by_its_colour(strength):
+def test_another_ink_is_told_by_its_colour_in_a_shadow_too(strength, shadow):
     pale = 1 - strength * (1 - BROWN)
     scan = sheet((40, BROWN, 5), (90, pale, 3), (140, BROWN, 4), (190, VIOLET, 4))
-    foreign = foreign_ink(level(40, 90, 140, 190), scan, (PAPER / 255).astype(np.float32))
+    light = 1 - shadow / (1 + np.exp(-(np.arange(400) - 250) / 12))
+    scan = replace(scan, rgb=np.rint(scan.rgb * light[:, None]).astype(np.uint8))
+    foreign = foreign_ink(level(40, 90, 140, 190), scan, find_paper(scan))
     assert foreign.reshape(4, -1).mean(axis=1).round(2).tolist() == [0, 0, 0, 1]
 
 

@@ -149,10 +149,12 @@ function pens(plot, now, turn) {
 
 /** The bed with a sheet on it; `reach` shows how far the pen has come.  @param {HTMLElement} place @param {() => string} over @param {Lay} lay */
 function bed(place, over, lay) {
-  let strokes = /** @type {SVGGeometryElement[]} */ ([]), nib = /** @type {SVGElement | null} */ (null), ghost = /** @type {SVGPathElement | null} */ (null), shown = -1;
+  let strokes = /** @type {SVGGeometryElement[]} */ ([]), nib = /** @type {SVGElement | null} */ (null), ghost = /** @type {SVGPathElement | null} */ (null), shown = -1, asked = 0;
   async function load(/** @type {Laid} */ plot, /** @type {number} */ page) {
     shown = page;
+    const mine = asked += 1;
     const ink = s('g', {}, ...drawing(await fetched(`/api/plots/${plot.job}/pages/${page}`), '').querySelectorAll('.ink'));
+    if (mine !== asked) return; // something else was asked for meanwhile
     const [wide, high] = plot.bed, [width, height] = plot.page;
     const free = canBeLaid(plot);
     const group = s('g', { transform: `matrix(${plot.lies.matrix.join(' ')})`, ...(free ? { class: 'movable', tabindex: 0, role: 'application', 'aria-label': 'The sheet: drag it, or move it by arrow keys' } : {}) },
@@ -179,7 +181,7 @@ function bed(place, over, lay) {
   }
   return {
     async show(/** @type {Plot} */ plot, /** @type {Place | null} */ at) {
-      if (plot.finished || !plot.lies) { strokes = []; shown = -1; place.replaceChildren(h('p', { class: 'quiet' }, over())); return; }
+      if (plot.finished || !plot.lies) { strokes = []; shown = -1; asked += 1; place.replaceChildren(h('p', { class: 'quiet' }, over())); return; }
       const page = at ? at.page : 0;
       if (page !== shown) await load(/** @type {Laid} */ (plot), page);
       reach(at);
