@@ -12,8 +12,8 @@ _STAMPS, _BAR_CODE = 40.0, 15.0
 _SIDE = 10.0
 # of the sheet: the block's left edge, how far it may move left for a long line, and the block's centre
 _LEFT, _LEFT_LEAST, _CENTRE = 0.52, 0.3, 0.55
-# x-heights: a line of n characters is about n + 2.5 long, and the lines of an address stand closer than a letter's
-_MORE, _PITCH = 2.5, 3.3
+# x-heights: a line of n characters is about n + 2.5 long; at a pitch of 3.3 capitals touch what stands above, 3 of 100
+_MORE, _PITCH = 2.5, 3.6
 _X_HEIGHT, _X_HEIGHT_LEAST = 3.2, 1.8
 _LEAST = 5.0  # mm, the room that a layout needs
 # the sender: size of its letters and distance from the edges, mm, on the usual envelopes; its share of the width
