@@ -14,6 +14,7 @@ _SIDE = 10.0
 _LEFT, _LEFT_LEAST, _CENTRE = 0.52, 0.3, 0.55
 # x-heights: a line of n characters is about n + 2.5 long; at a pitch of 3.3 capitals touch what stands above, 3 of 100
 _MORE, _PITCH = 2.5, 3.6
+_CARE = 0.6  # of a person's variation, by eye: an address has to be read, and its lines are not to touch
 _X_HEIGHT, _X_HEIGHT_LEAST = 3.2, 1.8
 _LEAST = 5.0  # mm, the room that a layout needs
 # the sender: size of its letters and distance from the edges, mm, on the usual envelopes; its share of the width
@@ -84,7 +85,7 @@ def address_layout(page: Page, lines: int, longest: int = 20, x_height: float | 
     lowest = page.height - bar_code - height
     top = max(min(max(_CENTRE * page.height - height / 2, stamps), lowest), side)
     bottom = max(page.height - top - height, side)
-    return Layout(page, (top, side, bottom, left), x_height, _PITCH * x_height, fit=True, unbroken=True)
+    return Layout(page, (top, side, bottom, left), x_height, _PITCH * x_height, jitter=_CARE, fit=True, unbroken=True)
 
 
 def sender_layout(
@@ -119,4 +120,4 @@ def box_layout(
     size = max(min(x_height, width / wide, height / deep), _X_HEIGHT_LEAST / 2)
     right = max(page.width - x - max(width, _LEAST), 0.0)
     bottom = max(page.height - y - max(deep * size, _LEAST), 0.0)
-    return Layout(page, (y, right, bottom, x), size, _PITCH * size, fit=True, unbroken=True)
+    return Layout(page, (y, right, bottom, x), size, _PITCH * size, jitter=_CARE, fit=True, unbroken=True)
