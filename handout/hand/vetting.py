@@ -28,7 +28,7 @@ from handout.values import Array, Indices
 
 Verdict = Literal["sure", "doubtful", "refused"]
 SURE, REFUSED = 0.8, 0.55  # least probability of the one, and greatest of the other; set on simulated pages kept apart
-VERSION = 6  # of what is kept of a hand; tests/hand/test_house_scanned.py says when to raise it
+VERSION = 7  # of what is kept of a hand; tests/hand/test_house_scanned.py says when to raise it
 # the logarithm of the odds that a glyph is right is the first, the second times its score, the third times the
 # logarithm of the odds of its confidence, and the fourth times the greater score of those beside it.  Rounded from what
 # spoilt letters of eight people say (see `READING`) and, of confidence, pages of simulated writers.  Of letters as they

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.errors import InputError
+from handout.hand.measures import in_other_ink
 from handout.hand.scanned import ScannedHand, ScannedPage
 from handout.libraries import spatial
 from handout.values import Array, Indices, LineGraph
@@ -172,8 +173,9 @@ def swatches(sample: ScannedHand) -> tuple[Swatches, ...]:
 
 
 def letter_vertices(sample: ScannedHand, page: int) -> NDArray[np.bool_]:
-    """Vertices (n,) of a page that are letters; all where none is known: the edge of a sheet is no ink."""
-    glyphs = [glyph.vertices for glyph in sample.glyphs if glyph.page == page]
+    """Vertices (n,) of a page that are letters in its usual ink; all where none is known: a sheet's edge is no ink."""
+    other = set(np.flatnonzero(in_other_ink(sample.author or sample)).tolist())
+    glyphs = [glyph.vertices for n, glyph in enumerate(sample.glyphs) if glyph.page == page and n not in other]
     lettered = np.full(len(sample.pages[page].graph), not glyphs)
     for vertices in glyphs:
         lettered[vertices] = True

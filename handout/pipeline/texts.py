@@ -487,7 +487,7 @@ def _other_inks(page: Manuscript, task: WritingTask) -> Facts:
 
     other = in_other_ink(task.hand.author or task.hand)
     written = [(each.glyph.letter, each.ink.number) for line in page.lines for each in line.placed if each.ink]
-    found = [letter for letter, number in written if number < len(other) and other[number]]
+    found = [letter for letter, number in written if 0 <= number < len(other) and other[number]]
     return {"other_inks": found} if found else {}
 
 

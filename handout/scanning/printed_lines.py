@@ -172,7 +172,7 @@ def _lines(absorbed: NDArray[np.float32], length: float) -> list[PrintedLine]:
 def _parallel(lines: list[PrintedLine]) -> list[PrintedLine]:
     """The lines that slope as their neighbours do: a line that runs out of the picture is measured badly."""
     slope = np.array([line.slope for line in lines])
-    if len(lines) < _SEARCH.fewest:
+    if len(lines) < 2 * _SEARCH.fewest:  # a margin line and the sheet's edge say nothing of each other
         return lines
     near = [np.median(np.delete(slope, k)[max(0, k - 3) : k + 3]) for k in range(len(slope))]
     return [line for line, usual in zip(lines, near, strict=True) if abs(line.slope - usual) < _SEARCH.turn]

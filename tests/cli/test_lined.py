@@ -2,6 +2,7 @@
 
 import json
 import re
+import runpy
 import sys
 from pathlib import Path
 
@@ -196,3 +197,11 @@ def test_a_pdf_is_written_on_clear_of_its_print(call):
     drawing = read_drawing("b.json")
     assert (drawing.page.width, drawing.page.height) == pytest.approx((148.2, 209.9), abs=0.2)
     assert "no such page" in call("write", "a", "--paper", "form.pdf:3", "-o", "b.json", code=2)[1]
+
+
+@pytest.mark.slow
+def test_the_sheet_of_the_documents_has_its_margin(call):
+    """Its edge, which is a line as well, and a ghost beside the margin line slope otherwise than that."""
+    runpy.run_path(str(Path(__file__).parents[2] / "examples" / "sheet.py"))["main"]("sheet.jpg")
+    out, _ = call("write", "hi", "--paper", "sheet.jpg", "--page", "A5", "-o", "a.svg", "--json")
+    assert json.loads(out)["paper"]["margin_mm"] == pytest.approx(27, abs=0.5)

@@ -82,3 +82,11 @@ def test_accented_letters_without_their_accent_are_told(small_hand):
     assert renamed("e", "è")[letters == "e"].mean() > 0.95
     assert renamed("i", "í")[letters == "i"].mean() < 0.05  # it has its dot
     assert not renamed("e", "ę").any()  # its mark hangs below
+
+
+def test_where_bare_letters_are_high_a_high_letter_has_no_accent(small_hand):
+    pages = tuple(replace(page, x_height=page.x_height / 1.35) for page in small_hand.pages)
+    es = [i for i, glyph in enumerate(small_hand.glyphs) if glyph.letter == "e"]
+    middling = [es[0], es[4]]  # 1.25 and 1.31 high now; the others .97 to 1.47
+    glyphs = tuple(replace(g, letter="è") if i in middling else g for i, g in enumerate(small_hand.glyphs))
+    assert measures.unmarked_letters(replace(small_hand, pages=pages, glyphs=glyphs))[middling].all()
