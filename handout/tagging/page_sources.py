@@ -53,7 +53,9 @@ _ONE_EACH = "give one --text for each page, in the same order"
 # ink a letter below which a line of a sheet is empty, of that of full lines, a quantile; empty ones have .01 of it,
 # others .24
 _EMPTY, _FULL = 0.1, 0.9
-_PRINT_LEFT = 0.3  # mm² a letter over the printed words of nine lines in ten: pens leave .001 to .03, grey print 1.2
+# mm² of ink a letter over the words of nine lines in ten: pens leave .001 to .1, tall loops .4 with 2.0 of the print's
+# colour beside it, grey print 1.2 and none of it
+_PRINT_LEFT = 0.3
 _SAME = 0.75  # cosine between the ink of two pictures from which they show one sheet: photographs have .94
 _NOTHING = 0.02  # mm² of ink a letter of full lines, below which a sheet is blank: pens and pencils leave 1.7 to 2.5
 _REDDISH = 0.5  # of the ink beside print, how much may have its colour: a red pen's has 1.5, blue, black and grey .006
@@ -319,14 +321,14 @@ def filled_sheet(scan: Scan | FilePicture) -> FilledSheet | None:
     flat = rectify(np.asarray(scan.rgb), sheet, dpi)
     unprinted, ink, words = take_print_out(flat, printed_on(sheet, dpi), len(sheet.bands) > 0, dpi)
     lines = sheet.record.lines
-    of_letter, reddish, over_words = (
+    of_letter, reddish, over_words, coloured = (
         np.array([np.count_nonzero(mask[top:foot, left:right]) / dpi**2 for left, top, right, foot in boxes.tolist()])
         * 25.4**2
         / [len(line) for line in lines[: len(boxes)]]
-        for mask, places in ((ink, sheet.fields), (words, sheet.fields), (ink, sheet.bands))
+        for mask, places in ((ink, sheet.fields), (words, sheet.fields), (ink, sheet.bands), (words, sheet.bands))
         for boxes in [np.rint(places / 25.4 * dpi).astype(int)]
     )
-    if fault := _ink_fault(of_letter, reddish, over_words):
+    if fault := _ink_fault(of_letter, reddish, over_words, coloured):
         raise InputError(f"{scan.source}: {fault}")
     empty = np.flatnonzero(of_letter < _EMPTY * np.quantile(of_letter, _FULL)).tolist()
     named = list_names([f"line {number + 1} (“{lines[number]}”)" for number in empty])
@@ -337,10 +339,10 @@ def filled_sheet(scan: Scan | FilePicture) -> FilledSheet | None:
     return FilledSheet(Scan(unprinted, dpi, scan.source, told=True), text, reduced, tuple(notes))
 
 
-def _ink_fault(of_letter: Array, reddish: Array, over_words: Array) -> str | None:
+def _ink_fault(of_letter: Array, reddish: Array, over_words: Array, coloured: Array) -> str | None:
     """Why the ink of a sheet cannot be read; all arrays (lines,), mm² a letter.
 
-    reddish : what has the colour of the print; over_words : ink over the printed words, none on a plain sheet.
+    reddish : what has the print's colour; over_words, coloured : ink, and that colour, over its words, if any.
     """
     if reddish.sum() > _REDDISH * of_letter.sum():
         return (
@@ -349,7 +351,7 @@ def _ink_fault(of_letter: Array, reddish: Array, over_words: Array) -> str | Non
         )
     if np.quantile(of_letter, _FULL) < _NOTHING:
         return "nothing is written on the sheet."
-    if len(over_words) and np.quantile(over_words, 1 - _FULL) > _PRINT_LEFT:
+    if len(over_words) and np.quantile(over_words, 1 - _FULL) > max(_PRINT_LEFT, float(np.median(coloured))):
         return (
             "its printed words are not orange, and cannot be told from the writing: scan or photograph it in colour, "
             "or, where the printer has none, write on sheets made with `handout hand prompt --plain`."

@@ -130,6 +130,10 @@ def test_print_without_colour_is_refused(sheet):
     both = drawn()
     cv2.putText(both, "printed words", (80, 425), cv2.FONT_HERSHEY_SIMPLEX, 1.2, WORDS, 4, cv2.LINE_AA)
     assert filled_sheet(Scan(both, DPI, "sheet.png")) is not None
+    crossed = both.copy()  # by tall loops
+    for x in range(80, 360, 20):
+        cv2.line(crossed, (x, 395), (x + 6, 430), tuple(map(int, INK)), 4, cv2.LINE_AA)
+    assert filled_sheet(Scan(crossed, DPI, "sheet.png")) is not None
     grey = np.repeat(cv2.cvtColor(both, cv2.COLOR_RGB2GRAY)[:, :, None], 3, axis=2)
     with pytest.raises(InputError, match=r"sheet\.png: its printed words are not orange.*in colour.*--plain"):
         filled_sheet(Scan(grey, DPI, "sheet.png"))
