@@ -19,10 +19,8 @@ _X_HEIGHT, _X_HEIGHT_LEAST = 3.2, 1.8
 _LEAST = 5.0  # mm, the room that a layout needs
 # the sender: size of its letters and distance from the edges, mm, on the usual envelopes; its share of the width
 _SENDER, _SENDER_EDGE, _SENDER_WIDE = 1.9, 8.0, 0.42
-_BACK_EDGE, _BACK_LEFT = (
-    9.0,
-    0.25,
-)  # of the back: mm from the upper edge, where the flap is; share of the width left free
+# of the back: mm from the upper edge, where the flap is; share of the width left free
+_BACK_EDGE, _BACK_LEFT = 9.0, 0.25
 _CLEAR = 1.5  # mm between the sender, or a number, and what cannot be printed on: hands wander; set by eye
 _TICK, _TICK_EDGE = 1.5, 6.0  # mm, size of a row's number and its distance from the lower left corner; set by eye
 
