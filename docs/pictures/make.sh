@@ -98,7 +98,7 @@ def printed_and_scanned(paper):
                     work / f"{paper}-wanted.png"], check=True)
     for path, name in ((work / f"{paper}-wanted-002.png", "0"), (prints[0], "1"), (prints[1], "2")):
         w, h = (picture := Image.open(path).convert("RGB")).size
-        picture.crop((int(w * 0.515), int(h * 0.443), int(w * 0.70), int(h * 0.535))).save(work / f"calibrated-{name}-{paper}.png")
+        picture.crop((int(w * 0.515), int(h * 0.463), int(w * 0.70), int(h * 0.555))).save(work / f"calibrated-{name}-{paper}.png")
 
 for paper in ("cream", "white"):
     printed_and_scanned(paper)

@@ -474,7 +474,7 @@ class RowPages:
         if layout is not None:
             wanted = task.layout
             spacing = wanted.line_spacing or layout.line_spacing
-            layout = replace(layout, align=wanted.align, jitter=wanted.jitter, line_spacing=spacing)
+            layout = replace(layout, align=wanted.align, jitter=wanted.jitter * layout.jitter, line_spacing=spacing)
             task = replace(task, pages=1)
         task = replace(task, seed=self.seed + other)
         return self._pages_of(TextDocument(text, task, layout), row, layout or task.layout)

@@ -12,16 +12,15 @@ _STAMPS, _BAR_CODE = 40.0, 15.0
 _SIDE = 10.0
 # of the sheet: the block's left edge, how far it may move left for a long line, and the block's centre
 _LEFT, _LEFT_LEAST, _CENTRE = 0.52, 0.3, 0.55
-# x-heights: a line of n characters is about n + 2.5 long, and the lines of an address stand closer than a letter's
-_MORE, _PITCH = 2.5, 3.3
+# x-heights: a line of n characters is about n + 2.5 long; at a pitch of 3.3 capitals touch what stands above, 3 of 100
+_MORE, _PITCH = 2.5, 3.6
+_CARE = 0.6  # of a person's variation, by eye: an address has to be read, and its lines are not to touch
 _X_HEIGHT, _X_HEIGHT_LEAST = 3.2, 1.8
 _LEAST = 5.0  # mm, the room that a layout needs
 # the sender: size of its letters and distance from the edges, mm, on the usual envelopes; its share of the width
 _SENDER, _SENDER_EDGE, _SENDER_WIDE = 1.9, 8.0, 0.42
-_BACK_EDGE, _BACK_LEFT = (
-    9.0,
-    0.25,
-)  # of the back: mm from the upper edge, where the flap is; share of the width left free
+# of the back: mm from the upper edge, where the flap is; share of the width left free
+_BACK_EDGE, _BACK_LEFT = 9.0, 0.25
 _CLEAR = 1.5  # mm between the sender, or a number, and what cannot be printed on: hands wander; set by eye
 _TICK, _TICK_EDGE = 1.5, 6.0  # mm, size of a row's number and its distance from the lower left corner; set by eye
 
@@ -84,7 +83,7 @@ def address_layout(page: Page, lines: int, longest: int = 20, x_height: float | 
     lowest = page.height - bar_code - height
     top = max(min(max(_CENTRE * page.height - height / 2, stamps), lowest), side)
     bottom = max(page.height - top - height, side)
-    return Layout(page, (top, side, bottom, left), x_height, _PITCH * x_height, fit=True, unbroken=True)
+    return Layout(page, (top, side, bottom, left), x_height, _PITCH * x_height, jitter=_CARE, fit=True, unbroken=True)
 
 
 def sender_layout(
@@ -119,4 +118,4 @@ def box_layout(
     size = max(min(x_height, width / wide, height / deep), _X_HEIGHT_LEAST / 2)
     right = max(page.width - x - max(width, _LEAST), 0.0)
     bottom = max(page.height - y - max(deep * size, _LEAST), 0.0)
-    return Layout(page, (y, right, bottom, x), size, _PITCH * size, fit=True, unbroken=True)
+    return Layout(page, (y, right, bottom, x), size, _PITCH * size, jitter=_CARE, fit=True, unbroken=True)
