@@ -206,8 +206,8 @@ def test_letters_are_written_as_in_the_language_of_their_row(call, letter, head)
     [
         ("Dear {{ name }}", "letter.md, line 4: people.csv has no column 'name'"),
         ("a\n\n{% if gift %}b", "letter.md, line 6: .* never closed"),
-        ("{{ first_name }}\n\n`code`", "row 2: letter.md, line 6: code between backquotes"),
-        ("{.sideways}\n{{ first_name }}", "row 2: letter.md, line [45]"),
+        ("{{ first_name }}\n\n`code`", "rows 2-4: letter.md, line 6: code between backquotes"),
+        ("{.sideways}\n{{ first_name }}", "rows 2-4: letter.md, line [45]"),
     ],
 )
 def test_a_bad_letter_file_is_one_sentence_with_its_line(call, body, words):
