@@ -42,4 +42,4 @@ def command(
     dips = "".join(f", {units.count(many, 'dip')} on {name}" for name, many in told.get("dips", {}).items() if many)
     times = ", ".join(f"{units.duration(seconds)} on {name}" for name, seconds in told["devices"].items())
     sentence = f"Wrote {sentences.names(result.files)}: {times}{dips}; seed {result.seed}."
-    console.report(result, sentence + sentences.tell_size(result.tally) + sentences.tell_letters(result.tally))
+    console.report(result, sentence + sentences.tell_letters(result.tally))

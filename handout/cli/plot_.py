@@ -64,8 +64,10 @@ class _PlotMode:
             raise InputError("Several plotters share the rows of a table, with --letter: name one --port.")
         return self.ports[0] if self.ports else None
 
-    def check_place(self) -> None:
-        """Refuse to write nowhere."""
+    def check_place(self, rows: str = "") -> None:
+        """Refuse to write nowhere, and `rows` where no table is plotted."""
+        if rows:
+            raise InputError("--rows and --address are of a table: give --letter card.md or --with-envelopes, too.")
         if not self.ports and not self.dry_run:
             raise InputError("Where to? Give --port /dev/ttyUSB0 (or COM3, or sim:), or --dry-run preview.svg.")
 
@@ -121,7 +123,7 @@ def command(
         _manage(text[0], text[1:], console)
         return None
     port = mode.port
-    mode.check_place()
+    mode.check_place(table.rows or table.address)
     if mode.show_travel and not mode.dry_run:
         raise InputError("--show-travel is seen in a preview: give it with --dry-run preview.svg.")
     from handout.pipeline.inputs import read_source
@@ -140,7 +142,7 @@ def command(
     with console.working():
         shown = preview(request, mode.dry_run, show_travel=travel, report=report, port=port, listener=console)
     took = f"plotting would take {units.duration(shown.told['planned_s'])}{sentences.tell_hooks(shown.told)}"
-    lent = sentences.tell_size(shown.tally) + sentences.tell_letters(shown.tally)
+    lent = sentences.tell_letters(shown.tally)
     console.report(shown, f"Wrote {sentences.names(shown.files)}; {took}; seed {shown.seed}.{lent}")
     return None
 
@@ -153,9 +155,8 @@ def _of_kept(text: tuple[str, ...], mode: _PlotMode, part: PartOptions, again: s
         from handout.pipeline.plotting import resume
 
         result = resume(mode.resume, mode.port, mode.attendance, attendant=console)
-        told = sentences.tell_size(result.tally) + sentences.tell_letters(result.tally)
-        sentence = f"Plotted the rest of {result.job.name} in {units.duration(result.executed_s)}.{told}"
-        console.report(result, f"{sentence}\n{result.fidelity}".strip())
+        sentence = f"Plotted the rest of {result.job.name} in {units.duration(result.executed_s)}."
+        console.report(result, f"{sentence}{sentences.tell_letters(result.tally)}\n{result.fidelity}".strip())
     elif again:
         _check_kept(text, _AGAIN, "--again plots what is kept", "a plot that is drawn again is drawn as it was")
         _plot_again(again, part, mode, console)
@@ -186,7 +187,7 @@ def _plot_rows(
     if mode.dry_run:
         took = f"plotting would take {units.duration(result.told['planned_s'])}"
     sentence = f"{summary(result)}; {took}; seed {result.seed}."
-    lent = sentences.tell_size(result.tally) + sentences.tell_letters(result.tally)
+    lent = sentences.tell_letters(result.tally)
     console.report(result, f"{sentence}{lent}\n{result.fidelity}".strip())
     return result.report.exit_code
 

@@ -53,7 +53,7 @@ def command(
     if result.calibration_note:
         console.say(result.calibration_note)
     sentence = f"{summary(result)}; {sentences.writing_time(result.tally)}seed {result.seed}."
-    console.report(result, sentence + sentences.tell_size(result.tally) + sentences.tell_letters(result.tally))
+    console.report(result, sentence + sentences.tell_letters(result.tally))
     return result.report.exit_code
 
 

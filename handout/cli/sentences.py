@@ -30,8 +30,7 @@ def writing_time(tally: Tally) -> str:
 def tell_plotted(result: Plotted) -> str:
     """What was plotted, how long it took, what is to be said of its letters, and how faithful it was."""
     took = f"{units.count(result.sheets, 'sheet')} in {units.duration(result.executed_s)}"
-    told = tell_size(result.tally) + tell_letters(result.tally)
-    return f"Plotted {took}; seed {result.seed}.{told}\n{result.fidelity}".strip()
+    return f"Plotted {took}; seed {result.seed}.{tell_letters(result.tally)}\n{result.fidelity}".strip()
 
 
 def tell_size(tally: Tally) -> str:
@@ -45,7 +44,7 @@ def tell_size(tally: Tally) -> str:
 
 
 def tell_letters(tally: Tally) -> str:
-    """What is said of letters that were lent or doubtful, of words that may be misread, of slips, and of formulas."""
+    """What is said of a smaller size, of letters lent or doubtful, of words that may be misread, slips, formulas."""
     formulas = ""
     if tally.formulas:
         first, count = shorten(tally.formulas[0], _LONGEST_TEX, placeholder=" …"), len(tally.formulas)
@@ -64,7 +63,7 @@ def tell_letters(tally: Tally) -> str:
     if tally.other_inks:
         named = units.listed(letter + _times(count) for letter, count in Counter(tally.other_inks).items())
         inks = f" In another ink, as the author wrote none in the usual one: {named}; --pen ballpoint has one ink."
-    return f"{tell_lent(tally)}{tell_doubts(tally)}{inks}{slips}{order}{formulas}"
+    return f"{tell_size(tally)}{tell_lent(tally)}{tell_doubts(tally)}{inks}{slips}{order}{formulas}"
 
 
 def tell_lent(tally: Tally) -> str:

@@ -40,5 +40,5 @@ def command(
         result,
         f"Wrote {sentences.names(result.files)}: {units.count(result.tally.lines, 'line')} on "
         f"{units.count(result.tally.pages, 'page')}; {sentences.writing_time(result.tally)}seed {result.seed}."
-        f"{sentences.tell_size(result.tally)}{sentences.tell_letters(result.tally)}",
+        f"{sentences.tell_letters(result.tally)}",
     )

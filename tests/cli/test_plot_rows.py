@@ -47,6 +47,11 @@ def test_bad_options_are_one_sentence_before_any_work(call, more, words):
     assert re.search(words, err) and not store.list_kept_jobs()
 
 
+def test_rows_of_a_table_that_would_be_plotted_as_a_text_are_refused(call):
+    _, err = call("plot", "people.csv", *QUICK, "--rows", "2-3", "--dry-run", "out.svg", code=2)
+    assert "give --letter card.md or --with-envelopes" in err and not list(Path().glob("out*"))
+
+
 @pytest.mark.slow
 def test_a_row_that_cannot_be_written_keeps_all_from_being_plotted(call):
     Path("people.csv").write_text(PEOPLE.replace("Ben", ""), encoding="utf-8")
